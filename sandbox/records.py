@@ -1,0 +1,192 @@
+"""Run folders: run.json, problems/, truth/ and records/ as Parquet; written atomically, never pickled."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sandbox.errors import InputFileError
+
+_vector = pa.list_(pa.float64())
+_name = pa.dictionary(pa.int32(), pa.string())
+
+RECORDS = pa.schema(
+    [
+        ("problem", pa.string()),  # content hash
+        ("set", _name),
+        ("robot", _name),
+        ("method", _name),
+        ("seed", pa.int64()),
+        ("step", pa.int64()),
+        ("n", pa.int16()),
+        ("m", pa.int16()),
+        ("rank", pa.int16()),  # exact rank of J
+        ("task", _name),  # exact, least_squares, damped
+        ("expected", _name),  # unique_minimum, minimum_not_unique, no_minimum, infeasible
+        ("expected_reason", _name),
+        ("margin", pa.float64()),  # smallest relative perturbation that changes the class
+        ("lambda_min_W", pa.float64()),
+        ("lambda_min_reduced", pa.float64()),  # of N'WN, N orthonormal
+        ("sigma_min_J", pa.float64()),
+        ("kappa", pa.float64()),
+        ("formulation", _name),  # null for closed forms
+        ("backend", _name),  # "library:engine" or "closed_form:NAME"
+        ("library_version", _name),
+        ("engine_version", _name),
+        ("settings", _name),  # default, low_accuracy, mid_accuracy, high_accuracy; null for closed forms
+        ("effective_settings", _name),  # JSON
+        ("mode", _name),  # cold, warm
+        ("time_limit", pa.float64()),  # s
+        ("status", _name),
+        ("said", pa.string()),
+        ("found", pa.bool_()),  # a finite x came back
+        ("reason_right", pa.bool_()),
+        ("verdict", _name),
+        ("error", pa.float64()),  # relative, see verdict.py
+        ("tolerance", pa.float64()),  # same denominator as error
+        ("error_bound", pa.float64()),  # certified bound on the reference itself
+        ("posing_error", pa.float64()),
+        ("blame", _name),  # formulation, backend
+        ("residuals_met", pa.bool_()),
+        ("attainable", pa.bool_()),
+        ("primal_residual", pa.float64()),  # unit of xdot
+        ("dual_residual", pa.float64()),  # unit of a
+        ("objective_gap", pa.float64()),
+        ("multiplier_error", pa.float64()),
+        ("iterations", pa.int32()),
+        ("build_time", pa.float64()),  # s
+        ("solve_time", pa.float64()),  # s
+        ("runtime", pa.float64()),  # s, wall, in the worker
+        ("repeat", pa.int32()),
+        ("qdot", _vector),  # rad/s or m/s per joint
+        ("y", _vector),
+        ("run", _name),
+    ]
+)
+"""Columns of a record; null where a column has no meaning, never 0 or NaN."""
+
+PROBLEMS = pa.schema(
+    [
+        ("problem", pa.string()),
+        ("set", _name),
+        ("robot", _name),
+        ("method", _name),
+        ("seed", pa.int64()),
+        ("step", pa.int64()),
+        ("q", _vector),
+        ("knob", _name),
+        ("value", pa.float64()),
+        ("case", pa.string()),
+        ("n", pa.int16()),
+        ("m", pa.int16()),
+        ("k", pa.int16()),  # rows of the weight's factor E; null where W is not factored
+        ("J", _vector),  # row-major
+        ("xdot", _vector),
+        ("W_base", _vector),
+        ("W_E", _vector),
+        ("W_gamma", _vector),
+        ("a", _vector),
+        ("Wx", _vector),
+    ]
+)
+"""Columns of a problem file: matrices row-major."""
+
+TRUTH = pa.schema(
+    [
+        ("problem", pa.string()),
+        ("task", _name),
+        ("expected", _name),
+        ("reason", _name),
+        ("margin", pa.float64()),
+        ("rank", pa.int16()),
+        ("inertia", pa.list_(pa.int32())),  # of N'WN: positive, negative, zero
+        ("x", _vector),
+        ("y", _vector),
+        ("freedom", _vector),  # Z row-major, n x d; empty when unique
+        ("value", pa.float64()),
+    ]
+)
+"""Columns of a truth file: the exact answer, rounded once to float64."""
+
+
+def write_parquet(table: pa.Table, path: Path) -> None:
+    """Write `table` to `path` whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with _atomic(path) as temporary:
+        pq.write_table(table, temporary, compression="zstd")
+
+
+def write_json(content: dict[str, Any], path: Path) -> None:
+    """Write `content` to `path` whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with _atomic(path) as temporary:
+        Path(temporary).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+class _atomic:
+    """A temporary file beside `path` that replaces it on success and vanishes on failure."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __enter__(self) -> str:
+        handle, self.temporary = tempfile.mkstemp(dir=self.path.parent, prefix=f".{self.path.name}.")
+        os.close(handle)
+        return self.temporary
+
+    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
+        if kind is None:
+            with open(self.temporary, "rb") as handle:
+                os.fsync(handle.fileno())
+            os.replace(self.temporary, self.path)
+        else:
+            os.unlink(self.temporary)
+
+
+def read_run(run: Path) -> dict[str, Any]:
+    """run.json of a run folder.
+
+    Raises InputFileError where `run` is no run folder.
+    """
+    path = Path(run) / "run.json"
+    if not path.is_file():
+        raise InputFileError(f"{run} is no run folder: it has no run.json; `sandbox run` and `sandbox verify` make one")
+    try:
+        content: dict[str, Any] = json.loads(path.read_text())
+    except (ValueError, UnicodeDecodeError) as error:
+        raise InputFileError(f"{path} is no JSON: {error}") from error
+    return content
+
+
+def read_part(path: Path, schema: pa.Schema, columns: list[str] | None = None) -> pa.Table:
+    """One Parquet file as a table of `schema`.
+
+    Raises InputFileError where the file is no Parquet or lacks a column.
+    """
+    try:
+        present = pq.read_schema(path).names
+        missing = [name for name in (columns or schema.names) if name not in present]
+        if missing:
+            raise InputFileError(f"{path} lacks the column {missing[0]!r}; it is no file of this kind")
+        table = pq.read_table(path, columns=columns)
+    except (pa.ArrowInvalid, OSError) as error:
+        raise InputFileError(f"{path} is no Parquet file: {str(error).splitlines()[0]}") from error
+    return table.cast(pa.schema([schema.field(name) for name in table.column_names]))
+
+
+def read_table(run: Path, kind: str, columns: list[str] | None = None) -> pa.Table:
+    """All parts of `kind` ("records", "problems" or "truth") of a run folder as one table."""
+    read_run(run)
+    schema = {"records": RECORDS, "problems": PROBLEMS, "truth": TRUTH}[kind]
+    parts: Iterable[Path] = sorted((Path(run) / kind).glob("*.parquet"))
+    tables = [read_part(path, schema, columns) for path in parts]
+    if not tables:
+        return (schema if columns is None else pa.schema([schema.field(name) for name in columns])).empty_table()
+    return pa.concat_tables(tables).unify_dictionaries()
