@@ -48,3 +48,15 @@ VERIFIED_RELATIVE = {"default": 2e-2, "low_accuracy": 2e-2, "mid_accuracy": 1e-3
 
 ASKED = {"low_accuracy": 1e-3, "mid_accuracy": 1e-6, "high_accuracy": 1e-9}
 """Absolute primal and dual tolerance asked of every engine that has one, by settings level; relative 0."""
+
+CONVEXITY_SHARE = 2.0**-10
+"""Added curvature beyond the exact threshold, as a share of |W|_2: H then has a condition number near 1e3 at worst."""
+
+CONSISTENCY = 50.0
+"""|J q_p - xdot| above c n u (|J||q_p| + |xdot|) says that xdot is outside range J: c as for the residual in methods 7."""
+
+POSITIVE_PIVOT = 4.0
+"""A Cholesky pivot below c n u of its diagonal entry is rounding: the factorisation cannot tell it from zero."""
+
+PIVOT = 4.0
+"""A pivot of eq. (6) within c n u of its own rounding bound is no evidence of rank or curvature."""

@@ -1,0 +1,1 @@
+"""Robots: forward kinematics, Jacobians and inertia matrices, stacked over configurations."""

@@ -1,0 +1,136 @@
+"""The cases a page carries: which of a run's records, with their problems and truths, packed by column."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from reports.aggregate import LISTED
+from reports.run_data import RunData
+
+MOST = 5000
+"""Cases embedded at most."""
+
+SEED = 20250101
+_SAMPLED = 0.12  # share of the cases that is kept for the sample, which shows what ordinary answers look like
+
+_EXACT = ("error", "tolerance")
+_ROUNDED = (
+    "error_bound", "posing_error", "primal_residual", "dual_residual", "objective_gap", "multiplier_error", "kappa",
+    "build_time", "solve_time", "runtime", "time_limit",
+)  # fmt: skip
+_NAMES = (
+    "set", "task", "expected", "formulation", "backend", "settings", "verdict", "status", "said", "blame", "mode",
+    "library_version", "engine_version",
+)  # fmt: skip
+_PLAIN = ("found", "reason_right", "residuals_met", "attainable", "apart", "iterations", "repeat")
+_OF_PROBLEM = ("robot", "method", "seed", "step", "knob", "value", "case", "n", "m", "k")
+_ARRAYS = ("J", "xdot", "W_base", "W_E", "W_gamma", "a", "Wx")
+
+
+def choose(run: RunData, most: int = MOST, each: int = 200, worst: int = 20) -> int:
+    """Fill the table `chosen` with the ids of at most `most` records and return how many there are.
+
+    First false successes, crashes, time-outs and wrong refusals, up to `each` a backend and verdict; then all records of
+    some problems drawn by a seeded hash, so that answers stand side by side; then the worst `worst` of each cell of the
+    matrix, worst first.
+    """
+    run.connection.execute(
+        f"""create or replace table chosen as
+        with ranked as (
+          select id, problem, error,
+            case when verdict in {LISTED} and row_number() over (
+              partition by backend, verdict order by judged desc, error desc nulls first, problem, formulation) <= {each}
+              then row_number() over (
+                partition by backend, verdict order by judged desc, error desc nulls first, problem, formulation) end as bad,
+            row_number() over (partition by backend, formulation, settings, task, expected
+              order by error / nullif(tolerance, 0) desc nulls last, problem, repeat) as place,
+            md5(problem || '{SEED}') as draw
+          from records where verdict <> 'not_run'),
+        tiers as (
+          select id, case when bad is not null then 0 when place <= {worst} then 1 else 2 end as tier,
+            case when bad is not null then bad when place <= {worst} then place end as rank, draw from ranked),
+        drawn as (select id from ranked where bad is null order by draw, id limit {int(most * _SAMPLED)}),
+        ordered as (
+          select t.id, row_number() over (order by
+            case when t.tier = 0 then 0 when d.id is not null then 1 else t.tier + 1 end, t.rank, t.draw, t.id) as turn
+          from tiers t left join drawn d on t.id = d.id)
+        select id from ordered where turn <= {most}"""
+    )
+    return int(run.one("select count(*) from chosen"))
+
+
+def pack(run: RunData) -> dict[str, Any]:
+    """The chosen records by column, the problems they need once each, and the truths.
+
+    Doubles keep all their digits where the page shows seventeen (answers, truth, error, tolerance, the matrices); other
+    columns are rounded to six. Names are codes into a list. A symmetric matrix is its upper triangle.
+    """
+    rounded = ", ".join(f"cast(printf('%.6g', {name}) as double) as {name}" for name in _ROUNDED)
+    table = run.table(
+        f"""select problem, {", ".join((*_NAMES, *_PLAIN, *_EXACT, "qdot", "y"))}, {rounded} from records
+        where id in (from chosen) order by problem, task, backend, formulation, settings, mode, repeat"""
+    )
+    cases: dict[str, Any] = {name: _coded(table[name]) for name in ("problem", *_NAMES)}
+    for name in (*_PLAIN, *_EXACT, *_ROUNDED, "qdot", "y"):
+        cases[name] = table[name].to_pylist()
+    identities = cases["problem"]["names"]
+    return {
+        "count": table.num_rows,
+        "cases": cases,
+        "problems": _problems(run, identities),
+        "truths": _truths(run, identities),
+    }
+
+
+def _coded(column: Any) -> dict[str, Any]:
+    coded = column.combine_chunks().cast(pa.string()).dictionary_encode()
+    return {"names": coded.dictionary.to_pylist(), "codes": coded.indices.to_pylist()}
+
+
+def _problems(run: RunData, identities: list[str]) -> dict[str, Any]:
+    """Columns of the problems named, one entry per name, null where the run folder lacks it."""
+    rows = run.rows(
+        f"""select p.problem, {", ".join(f'p."{name}"' for name in (*_OF_PROBLEM, *_ARRAYS))}, r.* exclude (problem)
+        from (select distinct on (problem) * from problems) p join (
+          select problem, any_value(cast(printf('%.6g', lambda_min_W) as double)) as lambda_min_W,
+            any_value(cast(printf('%.6g', lambda_min_reduced) as double)) as lambda_min_reduced,
+            any_value(cast(printf('%.6g', sigma_min_J) as double)) as sigma_min_J
+          from records where id in (from chosen) group by 1) r on p.problem = r.problem"""
+    )
+    for row in rows:  # a page carries some hundreds of problems, never one per record
+        for name, size in (("W_base", "n"), ("W_gamma", "k"), ("Wx", "m")):
+            row[name] = _triangle(row[name], row[size])
+    return _columns(rows, identities)
+
+
+def _triangle(values: list[float] | None, size: int | None) -> list[float] | None:
+    """The upper triangle of a symmetric matrix, row by row; the whole where it is not symmetric."""
+    if not values or not size or len(values) != size * size:
+        return values
+    matrix = np.reshape(values, (size, size))
+    return matrix[np.triu_indices(size)].tolist() if (matrix == matrix.T).all() else values
+
+
+def _truths(run: RunData, identities: list[str]) -> dict[str, Any]:
+    """Task -> columns of the truth, one entry per problem name."""
+    rows = run.rows(
+        """select distinct on (problem, task) problem, task, expected, reason, margin, rank, inertia, x, y, freedom, value
+        from truth where (problem, task) in (select (problem, task) from records where id in (from chosen))"""
+    )
+    tasks = sorted({row["task"] for row in rows})
+    return {task: _columns([{**r} for r in rows if r["task"] == task], identities) for task in tasks}
+
+
+def _columns(rows: list[dict[str, Any]], identities: list[str]) -> dict[str, Any]:
+    known = {row.pop("problem"): row for row in rows}
+    names = [name for name in (next(iter(known.values())) if known else {}) if name != "task"]
+    return {name: [known[key][name] if key in known else None for key in identities] for name in names}
+
+
+def as_json(packed: dict[str, Any]) -> bytes:
+    """The packed cases as JSON; doubles as their shortest digits that read back as the same double."""
+    return json.dumps(packed, separators=(",", ":"), allow_nan=False, ensure_ascii=False).encode()

@@ -1,0 +1,179 @@
+"""The headline findings of a run, as sentences computed from its records."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from reports import aggregate
+from reports.run_data import CLOSED, RunData
+
+
+class Finding(NamedTuple):
+    """A number that leads, the sentence it leads, and the place in the page that shows it; `kind` as in words.VERDICTS."""
+
+    figure: str
+    sentence: str
+    detail: str
+    href: str
+    kind: str
+
+
+def findings(run: RunData, indefinite: list[aggregate.Row], closed: list[aggregate.Row]) -> list[Finding]:
+    """The findings in the order of their weight; one that the run has no records for is left out.
+
+    `indefinite` is aggregate.breakdown over lambda_min_W, `closed` is aggregate.closed_forms.
+    """
+    found = [_false_successes(run), *_indefinite(indefinite), _repairs(run), _closed_forms(closed), _no_minimum(run), _died(run)]
+    return [finding for finding in found if finding is not None]
+
+
+def _plural(count: int, noun: str, plural: str | None = None) -> str:
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
+
+
+def _names(names: list[str], most: int = 8) -> str:
+    shown = [name.removeprefix(CLOSED) for name in names[:most]]
+    rest = len(names) - len(shown)
+    return ", ".join(shown) + (f" and {rest} more" if rest else "")
+
+
+def _false_successes(run: RunData) -> Finding | None:
+    judged = run.rows("select count(*) as n, count(distinct backend) as backends from records where judged and not closed")[0]
+    if not judged["n"]:
+        return None
+    rows = run.rows(
+        """select backend, count(*) as n, count(*) filter (expected = 'no_minimum') as empty,
+        count(*) filter (expected = 'infeasible') as infeasible from records
+        where judged and not apart and not closed and verdict = 'false_success' group by 1 order by n desc"""
+    )
+    total = sum(row["n"] for row in rows)
+    if not total:
+        return Finding(
+            "0", f"false successes: none of {judged['backends']} backends called a wrong answer solved.",
+            f"Over {_plural(judged['n'], 'answer')} at {run.settings}.", "#failures", "good",
+        )  # fmt: skip
+    most = ", ".join(f"{row['backend']} {row['n']:,}" for row in rows[:4])
+    empty, infeasible = sum(row["empty"] for row in rows), sum(row["infeasible"] for row in rows)
+    return Finding(
+        f"{total:,}",
+        f"{'false success' if total == 1 else 'false successes'} by {len(rows)} of {judged['backends']} backends: "
+        "solved, said the solver, and the answer is wrong.",
+        f"{empty:,} where no minimum exists, {infeasible:,} where the rows contradict each other, "
+        f"{total - empty - infeasible:,} where a minimum exists and was missed. "
+        f"Most: {most}.",
+        "#failures", "bad",
+    )  # fmt: skip
+
+
+def _indefinite(rows: list[aggregate.Row]) -> list[Finding]:
+    depths = {name: depth for name, depth in aggregate.depths(rows).items() if not name.startswith(CLOSED)}
+    if not depths:
+        return []
+    deepest = max(row["decade"] for row in rows)
+    share = f"at least {aggregate.HOLDS:.0%} of every decade verified"
+    whole = [name for name, depth in depths.items() if depth == deepest]
+    never = [name for name, depth in depths.items() if depth is None]
+    partly: dict[int, list[str]] = {}
+    for name, depth in depths.items():
+        if depth is not None and depth != deepest:
+            partly.setdefault(depth, []).append(name)
+    out = [
+        Finding(
+            f"{len(whole)} of {len(depths)}",
+            f"backends solve valid indefinite W posed directly, down to λmin = −1e{deepest}"
+            + (f": {_names(whole, 30)}." if whole else "."),
+            f"Valid: condition (7) holds. Solve: {share}.", "#breakdown", "good" if whole else "fair",
+        )
+    ]  # fmt: skip
+    if partly:
+        steps = "; ".join(f"−1e{depth}: {_names(names, 30)}" for depth, names in sorted(partly.items(), reverse=True))
+        out.append(
+            Finding(
+                f"{sum(map(len, partly.values()))} of {len(depths)}", f"follow part of the way, down to λmin = {steps}.",
+                "The first decade short of that share ends the range.", "#breakdown", "fair",
+            )
+        )  # fmt: skip
+    if never:
+        out.append(
+            Finding(
+                f"{len(never)} of {len(depths)}", f"do not solve it directly at any decade: {_names(never, 30)}.",
+                "Refusing is honest; the formulations below repair it.", "#breakdown", "none",
+            )
+        )  # fmt: skip
+    return out
+
+
+def _repairs(run: RunData) -> Finding | None:
+    table: dict[str, dict[str, aggregate.Row]] = {}
+    for row in aggregate.repairs(run):
+        table.setdefault(row["backend"], {})[row["formulation"]] = row
+    weak = [t for t in table.values() if "direct" in t and t["direct"]["verified"] < 0.5 * t["direct"]["n"]]
+    if not weak:
+        return None
+    words = {"convexified": "convexified", "null_space": "in null-space coordinates"}
+    parts, details = [], []
+    for name, phrase in words.items():
+        own = [t[name] for t in weak if name in t]
+        if own:
+            parts.append(f"{sum(row['verified'] >= aggregate.HOLDS * row['n'] for row in own)} of {len(own)} {phrase}")
+            details.append(f"{sum(row['verified'] for row in own):,} of {sum(row['n'] for row in own):,} {phrase}")
+    if not parts:
+        return None
+    direct = [t["direct"] for t in weak]
+    return Finding(
+        _plural(len(weak), "backend"),
+        f"solve less than half of the valid indefinite problems directly; reposed, {' and '.join(parts)} "
+        f"reach {aggregate.HOLDS:.0%} or more.",
+        f"Verified: {sum(row['verified'] for row in direct):,} of {sum(row['n'] for row in direct):,} directly, "
+        f"{', '.join(details)}.",
+        "#breakdown", "good",
+    )  # fmt: skip
+
+
+def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
+    scored, within = sum(row["scored"] for row in rows), sum(row["within"] for row in rows)
+    if not scored:
+        return None
+    outside = [row["backend"] for row in rows if row["within"] < row["scored"]]
+    return Finding(
+        f"{within:,} of {scored:,}",
+        f"answers of the {len(rows)} closed forms lie within their own error bound of the exact answer"
+        + (f"; outside somewhere: {_names(outside, 30)}." if outside else "."),
+        "Against exact rational arithmetic, rounded once.", "#closed-forms", "fair" if outside else "good",
+    )  # fmt: skip
+
+
+def _no_minimum(run: RunData) -> Finding | None:
+    rows = run.rows(
+        """select closed, count(*) as n, count(*) filter (verdict = 'right_refusal') as refused from records
+        where judged and expected = 'no_minimum' and verdict not in ('undecidable', 'not_run', 'crashed', 'timed_out')
+        group by closed order by closed desc"""
+    )
+    if not rows:
+        return None
+    who = {True: "closed forms", False: "backends"}
+    lead = rows[0]
+    return Finding(
+        f"{lead['refused']:,} of {lead['n']:,}",
+        f"answers of {who[lead['closed']]} to problems without a minimum are refusals, as they must be"
+        + "".join(f"; of {who[row['closed']]} {row['refused']:,} of {row['n']:,}" for row in rows[1:]) + ".",
+        "Problems whose class rounding can turn over are counted apart.", "#matrix",
+        "good" if lead["refused"] == lead["n"] else "bad",
+    )  # fmt: skip
+
+
+def _died(run: RunData) -> Finding | None:
+    rows: list[dict[str, Any]] = run.rows(
+        """select backend, count(*) filter (verdict = 'crashed') as crashed, count(*) filter (verdict = 'timed_out') as late,
+        count(*) filter (verdict = 'wrong_refusal') as refused from records
+        where judged and not apart and verdict in ('crashed', 'timed_out', 'wrong_refusal') group by 1 order by count(*) desc"""
+    )
+    if not rows:
+        return None
+    crashed, late, refused = (sum(row[key] for row in rows) for key in ("crashed", "late", "refused"))
+    return Finding(
+        f"{crashed + late + refused:,}",
+        f"answers were lost: {_plural(crashed, 'crash', 'crashes')}, {_plural(late, 'time-out')}, "
+        f"{_plural(refused, 'refusal')} of what the documentation promises.",
+        f"By {_names([row['backend'] for row in rows], 6)}.", "#failures", "bad",
+    )  # fmt: skip

@@ -1,0 +1,102 @@
+"""The report of one run: every number computed from its records, in one HTML file that needs no network."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+from reports import aggregate, cases, page
+from reports.findings import findings
+from reports.run_data import CLOSED, RunData
+from reports.words import EXPECTED, FORMULATIONS, PRECEDENCE, TASKS, VERDICTS
+from sandbox.solution import STATUSES
+
+LARGEST = 2_950_000
+"""Bytes of a page: it is to be sent by mail. Fewer cases are embedded where they would not fit."""
+
+
+def write_report(run: Path, out: Path | None = None) -> Path:
+    """Write the report of the run folder `run` and return its path (default: reports/out/<run id>.html).
+
+    Raises
+    ------
+    InputFileError
+        where `run` is no run folder, or one of its files is not what it should be.
+    """
+    data = RunData(Path(run))
+    try:
+        name = re.sub(r"[^\w.-]", "_", str(data.about.get("id") or Path(run).name)).lstrip(".") or "run"
+        path = Path("reports/out") / f"{name}.html" if out is None else Path(out)
+        page.write(_render(data), path)
+    finally:
+        data.close()
+    return path
+
+
+def _render(data: RunData) -> str:
+    context = _tables(data)
+    most = cases.MOST
+    while True:
+        chosen = cases.choose(data, most)
+        text = page.render("verification.html.j2", **context, **_embedded(data, context, chosen))
+        size = len(text.encode())
+        if size <= LARGEST or most < 100:
+            return text
+        most = int(min(most * 0.9, most * (LARGEST / size) ** 2))
+
+
+def _tables(data: RunData) -> dict[str, Any]:
+    """All that the page says without JavaScript."""
+    over_lambda, over_sigma = aggregate.breakdown(data, "lambda_min_W"), aggregate.breakdown(data, "sigma_min_J")
+    closed = aggregate.closed_forms(data)
+    names, pairs = aggregate.closed_form_pairs(data)
+    return {
+        "about": data.about, "folder": shlex.quote(str(data.folder)), "settings": data.settings,
+        "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed),
+        "not_run": aggregate.not_run(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
+        "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),
+        "over_lambda": over_lambda, "over_sigma": over_sigma, "heat_lambda": _heat(over_lambda, aggregate.backend_order(data)),
+        "heat_sigma": _heat(over_sigma, aggregate.backend_order(data)),
+        "closed": closed, "pair_names": names, "pairs": pairs, "recommendations": aggregate.recommendations(data),
+        "failures": aggregate.failures(data), "worst": aggregate.worst(data), "listed": aggregate.LISTED,
+        "effective": aggregate.effective_settings(data), "order": aggregate.backend_order(data),
+        "verdicts": VERDICTS, "expected": EXPECTED, "tasks": TASKS, "precedence": PRECEDENCE, "holds": aggregate.HOLDS,
+        "few": aggregate.FEW, "prefix": CLOSED,
+    }  # fmt: skip
+
+
+def _heat(rows: list[aggregate.Row], order: list[str]) -> list[dict[str, Any]]:
+    """Share verified as a table of backends by decades, one for each formulation that shows the repair."""
+    out = []
+    for formulation in [f for f in FORMULATIONS if any(row["formulation"] == f for row in rows)]:
+        own = [row for row in rows if row["formulation"] == formulation or row["formulation"] is None]
+        decades = sorted({row["decade"] for row in own})
+        cells = {(row["backend"], row["decade"]): row for row in own}
+        backends = [name for name in order if any(key[0] == name for key in cells)]
+        out.append({"formulation": formulation, "decades": decades, "cells": cells, "backends": backends})
+    return out
+
+
+def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, Any]:
+    """What the scripts of the page read."""
+    curves = {
+        "distributions": context["distributions"], "over_lambda": context["over_lambda"], "over_sigma": context["over_sigma"],
+        "ratios": [{key: row[key] for key in ("backend", "task", "scored", "ratios")} for row in context["closed"]],
+        "order": context["order"], "formulations": FORMULATIONS, "judged": data.settings, "closed": CLOSED,
+    }  # fmt: skip
+    words = {
+        "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
+        "expected": {name: words for name, (words, _) in EXPECTED.items()},
+        "statuses": {status.name.lower(): status.sentence for status in STATUSES},
+        "folder": context["folder"], "closed": CLOSED,
+    }  # fmt: skip
+    return {
+        "chosen": chosen,
+        "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"words": words})),
+        "data_curves": page.embedded_json(curves),
+        "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
+        "style": page.asset("report.css"),
+        "script": page.asset("report.js"),
+    }

@@ -1,0 +1,180 @@
+"""What a backend is: one engine reached through one library, what its documentation promises, how it answers.
+
+Every engine is given  minimise 1/2 x'Hx + g'x  subject to  Ax = b  and answers in the one Lagrangian
+L = 1/2 x'Hx + g'x + y'(Ax - b), so Hx + g + A'y = 0.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from importlib import import_module, metadata
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from sandbox.errors import UnknownNameError
+from sandbox.solution import Status
+from sandbox.tolerances import ASKED
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What the documentation says of H and A, in its own words; None where it is silent.
+
+    H : the matrices it promises to take: positive definite, semidefinite, or any symmetric one.
+    A : whether its rows must be linearly independent.
+    quote, source, version : the sentence, where it stands, and the version it was read for; "" for silence.
+    """
+
+    H: Literal["pd", "psd", "indefinite"] | None
+    A: Literal["full_rank", "any"] | None
+    quote: str
+    source: str
+    version: str
+
+
+@dataclass(frozen=True)
+class Backend:
+    """One row of the table: an engine as one library reaches it.
+
+    licence : SPDX expression of the engine, as shipped.
+    expected, message : what the reference environment shows; `message` is part of what a row that fails says.
+    without_rows : it takes a QP with no equality rows itself.
+    sampled : slow; sees every tenth problem of each set in the standard run.
+    install : the line that installs it.
+    """
+
+    name: str
+    library: str
+    engine: str
+    licence: str
+    method: str
+    promise: Promise
+    expected: Literal["runs", "loads but fails", "absent"] = "runs"
+    message: str = ""
+    without_rows: bool = True
+    sampled: bool = False
+    install: str = ""
+
+    def open(self, settings: str) -> Engine:
+        """Import the library (into this process, for good) and make the engine ready at a settings level.
+
+        Raises ImportError where the library or the engine is missing, UnknownNameError for a level that is none.
+        """
+        if settings != "default" and settings not in ASKED:
+            raise UnknownNameError.of("settings level", settings, ["default", *ASKED])
+        engine: Engine = import_module(f"sandbox.backends.{self.library}_").open_engine(self.engine, settings)
+        return engine
+
+
+class Answer(NamedTuple):
+    """What an engine said of one QP.
+
+    x (n,), y (p,): as given, None where there is none; said: its own words; times in s, build_time being
+    all that comes before the engine starts to solve (conversion, set-up, compilation).
+    """
+
+    x: Array | None
+    y: Array | None
+    status: Status
+    said: str
+    iterations: int | None
+    build_time: float
+    solve_time: float
+
+
+Solve = Callable[[Array, Array, Array, Array], Answer]
+
+
+class Engine(NamedTuple):
+    """An engine ready to solve: each call is cold and independent of those before it.
+
+    solve(H (n, n), g (n,), A (p, n), b (p,)), p may be 0; settings: the effective ones, as JSON;
+    eps: effective (primal absolute, primal relative, dual absolute, dual relative) stopping tolerances,
+    zeros for an engine that factors or follows an active set and has none.
+    """
+
+    solve: Solve
+    settings: dict[str, Any]
+    eps: tuple[float, float, float, float]
+    library_version: str
+    engine_version: str
+
+
+def solver(solve: Solve) -> Solve:
+    """`solve` made unable to raise: what the engine throws becomes a refusal, what it warns joins its words."""
+
+    def solve_or_refuse(H: Array, g: Array, A: Array, b: Array) -> Answer:
+        start = time.perf_counter()
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            try:
+                answer = solve(H, g, A, b)
+            except (KeyboardInterrupt, SystemExit):
+                raise
+            except BaseException as error:  # a panic of a Rust engine derives from BaseException only
+                words = f"{type(error).__name__}: {' '.join(str(error).split())}"
+                answer = Answer(None, None, status_of(words), words, None, time.perf_counter() - start, 0.0)
+        if heard:
+            told = dict.fromkeys(" ".join(str(warning.message).split()) for warning in heard)
+            answer = answer._replace(said="; ".join([*filter(None, [answer.said]), *told]))
+        return answer
+
+    return solve_or_refuse
+
+
+_WORDS = (  # the first that occurs decides; capitals, blanks and _ - are levelled before
+    (r"infeasible or unbounded|unbounded or infeasible|infeasibleorunbounded|unboundedorinfeasible", Status.FAILED),
+    (r"non ?convex|non ?cvx|positive ?(semi ?)?definite|\bdcp\b|inertia|\bosqpexception: 4\b|solvererror: 4$",
+     Status.NONCONVEX),
+    (r"rank ?\(a\) ?< ?p|rank ?deficient|singular matrix c|linearly dependent|overdetermined", Status.RANK_DEFICIENT),
+    (r"dual ?infeasible|unbounded|diverging", Status.UNBOUNDED),
+    (r"infeasib|inconsistent|incompatible", Status.INFEASIBLE),
+    (r"inaccurate|acceptable|almost|limit|max(imum)? ?(number of )?iter|insufficient ?progress|too small|\bmaxit\b",
+     Status.LIMIT),
+)
+
+
+def status_of(words: str) -> Status:
+    """The refusal that an engine's words amount to; FAILED where they give no reason."""
+    level = re.sub(r"[\s_-]+", " ", words).lower()
+    return next((status for pattern, status in _WORDS if re.search(pattern, level)), Status.FAILED)
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON knows it: enumerations by name, infinities and NaN by their words."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, (bool, str)) or value is None:
+        return value
+    if isinstance(value, (int, np.integer)) and type(value).__module__ in ("builtins", "numpy"):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [plain(entry) for entry in value]
+    return getattr(value, "name", None) or str(value)
+
+
+def attributes(holder: Any, leave_out: Iterable[str] = ()) -> dict[str, Any]:
+    """The public data attributes of a settings object, as JSON."""
+    names = (name for name in dir(holder) if not name.startswith("_") and name not in set(leave_out))
+    return {name: plain(value) for name in names if not callable(value := getattr(holder, name))}
+
+
+def version(distribution: str) -> str:
+    """Installed version of a distribution.
+
+    Raises ImportError (PackageNotFoundError) where it is not installed.
+    """
+    return metadata.version(distribution)

@@ -1,0 +1,318 @@
+"""Runs problem sets through closed forms and backends, judges every answer, and keeps the records: the only loop."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from sandbox.backends import BACKENDS
+from sandbox.backends.backend import Engine, Promise
+from sandbox.batch import Batch
+from sandbox.closed_form import CLOSED_FORMS
+from sandbox.columns import problem_table, record_table, truth_table
+from sandbox.formulation import FORMULATIONS, Posed
+from sandbox.judgement import Allowance, judge
+from sandbox.preparation import Work, prepare
+from sandbox.problem_set import ProblemSet
+from sandbox.solution import CODE, Status
+from sandbox.tolerances import UNIT
+from sandbox.worker import Answers, Workers
+
+Array = np.ndarray
+
+PATIENCE = 5
+"""A backend that dies or overruns this often in one set is stopped there."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be run.
+
+    levels : settings level -> formulations run at it
+    sample_every : backends marked `sampled` see every so many-th problem of each set
+    """
+
+    sets: Sequence[ProblemSet]
+    backends: Sequence[str]
+    levels: dict[str, Sequence[str]]
+    closed_forms: Sequence[str] = ()
+    jobs: int = 1
+    time_limit: float = 2.0
+    sample_every: int = 1
+
+    @property
+    def formulations(self) -> list[str]:
+        """All formulations of any level."""
+        return [name for name in FORMULATIONS if any(name in names for names in self.levels.values())]
+
+
+@dataclass
+class Tally:
+    """Where the time went, summed over threads [s]."""
+
+    wall: float = 0.0
+    reference: float = 0.0
+    build: float = 0.0
+    solve: float = 0.0
+    judge: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._lock = threading.Lock()
+
+    def add(self, **seconds: float) -> None:
+        """Add to one or more counters."""
+        with self._lock:
+            for name, value in seconds.items():
+                setattr(self, name, getattr(self, name) + value)
+
+
+@dataclass
+class Presence:
+    """How a backend fared as a whole: absent and why, or its versions and the engine opened at each level."""
+
+    state: str = "not_run"
+    why: str = "no problem was posed for it"
+    engines: dict[str, Engine] = field(default_factory=dict)
+
+
+Progress = Callable[[str, int, int], None]
+"""Told (phase, records or problems done, total)."""
+
+Keep = Callable[[str, str, pa.Table], None]
+"""Given (kind, name of the part, table) as soon as a table is complete; kind as in records.read_table."""
+
+
+def quiet(phase: str, done: int, total: int) -> None:
+    """A Progress that tells nobody."""
+
+
+@dataclass
+class Campaign:
+    """A plan being carried out."""
+
+    plan: Plan
+    keep: Keep
+    progress: Progress = quiet
+    tally: Tally = field(default_factory=Tally)
+    presence: dict[str, Presence] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._stop = threading.Event()
+        self._done = self._total = 0
+
+    def carry_out(self) -> None:
+        """Reference first, then closed forms, then every library in its process; Ctrl-C keeps what was done."""
+        began = time.perf_counter()
+        try:
+            works = prepare(
+                self.plan.sets, self.plan.formulations, self.plan.jobs, lambda *d: self.progress("exact arithmetic", *d)
+            )
+            self.tally.add(reference=time.perf_counter() - began)
+            self._keep_problems(works)
+            self._judge_closed_forms(works)
+            self._run_backends(works)
+        finally:
+            self.tally.add(wall=time.perf_counter() - began)
+
+    def _keep_problems(self, works: list[Work]) -> None:
+        for set_name in dict.fromkeys(work.set_name for work in works):
+            members = [work for work in works if work.set_name == set_name]
+            problems = [problem_table(set_name, work.group, work.ids) for work in members]
+            truths = [truth_table(task, work.ids, found) for work in members for task, found in work.truths.items()]
+            self.keep("problems", set_name, pa.concat_tables(problems))
+            self.keep("truth", set_name, pa.concat_tables(truths))
+
+    def _judge_closed_forms(self, works: list[Work]) -> None:
+        """Every closed form on every group of its task."""
+        tables: dict[str, list[pa.Table]] = {}
+        for count, work in enumerate(works):
+            for name in self.plan.closed_forms:
+                if CLOSED_FORMS[name].task in work.yardsticks:
+                    tables.setdefault(work.set_name, []).append(_closed_form_records(name, work))
+            self.progress("closed forms", count + 1, len(works))
+        for set_name, parts in tables.items():
+            self.keep("records", f"{set_name}-closed_form", pa.concat_tables(parts))
+
+    # ---- backends --------------------------------------------------------------------------------------------
+
+    def _run_backends(self, works: list[Work]) -> None:
+        """Each library in its own process and thread, `jobs` of them at a time."""
+        libraries: dict[str, list[str]] = {}
+        for name in self.plan.backends:
+            libraries.setdefault(BACKENDS[name].library, []).append(name)
+            self.presence[name] = Presence()
+        self._total = sum(
+            len(self._members(work, name))
+            for work in works
+            for name in self.plan.backends
+            for formulations in self.plan.levels.values()
+            for formulation in formulations
+            if formulation in work.posings
+        )
+        # the libraries with most engines first, so that the last one to finish is a short one
+        order = sorted(libraries.values(), key=len, reverse=True)
+        with ThreadPoolExecutor(max_workers=self.plan.jobs) as threads:
+            futures = [threads.submit(self._run_library, backends, works) for backends in order]
+            try:
+                for future in futures:
+                    future.result()
+            except BaseException:
+                self._stop.set()
+                for future in futures:
+                    future.cancel()
+                raise
+
+    def _members(self, work: Work, backend: str) -> Array:
+        """Members of a group that the backend sees."""
+        every = self.plan.sample_every if BACKENDS[backend].sampled else 1
+        return np.flatnonzero((work.first + np.arange(len(work.ids))) % every == 0)
+
+    def _run_library(self, backends: list[str], works: list[Work]) -> None:
+        library = BACKENDS[backends[0]].library
+        with Workers() as workers:
+            for set_name in dict.fromkeys(work.set_name for work in works):
+                parts: list[pa.Table] = []
+                failures = dict.fromkeys(backends, 0)
+                try:
+                    for work in works:
+                        if work.set_name == set_name and not self._stop.is_set():
+                            parts += self._run_group(workers, backends, work, failures)
+                finally:
+                    if parts:
+                        self.keep("records", f"{set_name}-{library}", pa.concat_tables(parts))
+
+    def _run_group(self, workers: Workers, backends: list[str], work: Work, failures: dict[str, int]) -> list[pa.Table]:
+        """All engines, formulations and levels of one library on one group, judged together by task."""
+        batches: dict[str, list[Batch]] = {}
+        for backend in backends:
+            members = self._members(work, backend)
+            for level, formulations in self.plan.levels.items():
+                for formulation in formulations:
+                    if formulation not in work.posings or not len(members) or self._stop.is_set():
+                        continue
+                    batch = Batch.empty(backend, level, formulation, work.group.problem, members)
+                    self._solve(workers, batch, work, failures)
+                    self._done += len(members)
+                    self.progress("solving", self._done, self._total)
+                    if self.presence[backend].state == "ran":
+                        batches.setdefault(FORMULATIONS[formulation].task, []).append(batch)
+        start = time.perf_counter()
+        tables = [_backend_records(work, task, group, self.plan.time_limit) for task, group in batches.items()]
+        self.tally.add(judge=time.perf_counter() - start)
+        return tables
+
+    def _solve(self, workers: Workers, batch: Batch, work: Work, failures: dict[str, int]) -> None:
+        """Fill the batch with what its backend says to the posed group."""
+        posing, recipe, problem = work.posings[batch.formulation].posing, FORMULATIONS[batch.formulation], work.group.problem
+        batch.refuse(posing.refused)
+        for whole in posing.parts:
+            posed = whole[np.flatnonzero(np.isin(whole.index, batch.members))]
+            if not len(posed.index):
+                continue
+            answers = self._ask(workers, batch, posed, failures)
+            if recipe.then is not None:
+                reached = (answers.status == CODE[Status.SOLVED]) & np.isfinite(answers.x).all(axis=-1)
+                batch.note(posed.index, answers)  # where the first stage fails, its end is the end
+                first = answers[np.flatnonzero(reached)]
+                posed = posed[np.flatnonzero(reached)]
+                if not len(posed.index):
+                    continue
+                posed = recipe.then(problem[posed.index], posed, first.x)
+                answers = self._ask(workers, batch, posed, failures).after(first)
+            batch.take(posed, answers, problem, recipe)
+        batch.engine = batch.engine or self.presence[batch.backend].engines.get(batch.level)
+
+    def _ask(self, workers: Workers, batch: Batch, posed: Posed, failures: dict[str, int]) -> Answers:
+        """One stack of QPs to one backend, as long as patience lasts."""
+        row = BACKENDS[batch.backend]
+        if posed.qp.p == 0 and not row.without_rows:
+            answers = Answers.empty(posed.qp)
+            answers.fail(np.arange(len(posed.qp)), Status.NOT_RUN, "takes no QP without rows")
+            return answers
+        answers = workers.solve(
+            batch.backend, posed.qp, settings=batch.level, time_limit=self.plan.time_limit,
+            patience=max(PATIENCE - failures[batch.backend], 0),
+        )  # fmt: skip
+        failures[batch.backend] += int(np.isin(answers.status, (CODE[Status.CRASHED], CODE[Status.TIMED_OUT])).sum())
+        self.tally.add(build=float(np.nansum(answers.build_time)), solve=float(np.nansum(answers.solve_time)))
+        presence = self.presence[batch.backend]
+        if answers.engine is not None:
+            presence.state, presence.why = "ran", ""
+            presence.engines[batch.level] = batch.engine = answers.engine
+            batch.scale(posed, answers)
+        elif answers.absent and presence.state != "ran":
+            presence.why = answers.absent
+        return answers
+
+
+def _closed_form_records(name: str, work: Work) -> pa.Table:
+    """One closed form on one group, judged by its own error bound."""
+    form, problem = CLOSED_FORMS[name], work.group.problem
+    yardstick = work.yardsticks[form.task]
+    start = time.perf_counter()
+    solution = form.function(problem)
+    each = np.full(len(problem), (time.perf_counter() - start) / len(problem))
+    codes = np.array([CODE[status] for status in solution.status], dtype=np.int8)
+    positive = yardstick.lambda_min_W > UNIT * yardstick.norm_W
+    promised = positive if form.domain == "W > 0" else np.ones(len(problem), dtype=bool)
+    judged = judge(yardstick, solution.x, solution.y, codes, Allowance.of_closed_form(form.bound(problem)), promised)
+    more = {"backend": f"closed_form:{name}", "solve_time": each, "runtime": each}
+    rows = np.arange(len(problem))
+    return record_table(work, form.task, rows, judged, solution.x, solution.y, codes, list(solution.said), more)
+
+
+def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: float) -> pa.Table:
+    """All batches of one group and task: one stacked judgement."""
+    posed = [work.posings[batch.formulation] for batch in batches]
+    members = [batch.members for batch in batches]
+
+    def joined(parts: list[Array]) -> Array:
+        return np.concatenate([part[m] for part, m in zip(parts, members, strict=True)])
+
+    def each(values: list[Any]) -> pa.Array:
+        """One value per batch, repeated over its members."""
+        kinds = list(dict.fromkeys(values))
+        codes = np.repeat([kinds.index(value) for value in values], [len(m) for m in members]).astype(np.int32)
+        return pa.DictionaryArray.from_arrays(codes, pa.array(kinds, pa.string()))
+
+    rows = np.concatenate(members)
+    qdot, y, status = (joined([getattr(batch, name) for batch in batches]) for name in ("qdot", "y", "status"))
+    promised = joined([_promised(BACKENDS[b.backend].promise, p.curvature, p.full_rank) for b, p in zip(batches, posed, strict=True)])
+    allowance = Allowance.joined([batch.allowance() for batch in batches], members)
+    judged = judge(work.yardsticks[task][rows], qdot, y, status, allowance, promised)
+    posing_error = joined([p.posing_error for p in posed])
+    with np.errstate(invalid="ignore"):
+        at_fault = joined([p.differs | p.refused for p in posed]) | (posing_error > judged.tolerance)
+    engines = [batch.engine for batch in batches]
+    more: dict[str, Any] = {
+        "backend": each([batch.backend for batch in batches]),
+        "formulation": each([batch.formulation for batch in batches]),
+        "settings": each([batch.level for batch in batches]),
+        "library_version": each([e and e.library_version for e in engines]),
+        "engine_version": each([e and e.engine_version for e in engines]),
+        "effective_settings": each([e and json.dumps(e.settings, sort_keys=True) for e in engines]),
+        "mode": "cold",
+        "time_limit": np.full(len(rows), time_limit),
+        "posing_error": posing_error,
+        "blame": np.where(at_fault, "formulation", "backend"),
+        "iterations": pa.array([b.iterations[i] for b in batches for i in b.members], pa.int32()),
+        **{name: joined([getattr(b, name) for b in batches]) for name in ("build_time", "solve_time", "runtime")},
+    }
+    said = [batch.said[i] for batch in batches for i in batch.members]
+    return record_table(work, task, rows, judged, qdot, y, status, said, more)
+
+
+def _promised(promise: Promise, curvature: Array, full_rank: Array) -> Array:
+    """Whether the documentation promises to solve such a QP (B,); silence promises nothing."""
+    if promise.H is None:
+        return np.zeros(len(curvature), dtype=bool)
+    covered: Array = curvature <= ("pd", "psd", "indefinite").index(promise.H)
+    return covered & (full_rank | (promise.A == "any"))

@@ -1,0 +1,310 @@
+"""The command line: every command a thin layer over the library."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from sandbox.errors import SandboxError, UnknownNameError
+
+app = typer.Typer(
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    help="Which velocity-control formulation and which QP solver to trust for a redundant manipulator, with the evidence.",
+)  # fmt: skip
+
+Run = Annotated[Path, typer.Argument(metavar="RUN", help="a run folder, as `verify` and `run` make them")]
+Json = Annotated[bool, typer.Option("--json", help="print JSON instead of a table")]
+Jobs = Annotated[int, typer.Option("--jobs", min=1, help="libraries run at the same time")]
+TimeLimit = Annotated[float, typer.Option("--time-limit", min=0.001, help="seconds for one problem")]
+Names = list[str] | None
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _console() -> Console:
+    # a pipe or a log has no width of its own: tables must not be folded to 80 columns there
+    return Console(width=None if sys.stdout.isatty() else 160)
+
+
+def _print_json(content: Any) -> None:
+    print(json.dumps(content, indent=1, allow_nan=False))
+
+
+@contextmanager
+def _bar() -> Iterator[Any]:
+    """A progress bar with remaining time, one line per phase."""
+    columns = (
+        TextColumn("{task.description:<17}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
+        TextColumn("left"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        tasks: dict[str, Any] = {}
+
+        def tell(phase: str, done: int, total: int) -> None:
+            if phase not in tasks:
+                tasks[phase] = bar.add_task(phase, total=total)
+            bar.update(tasks[phase], completed=done, total=total)
+
+        yield tell
+
+
+def _summary(folder: Path, content: dict[str, Any]) -> None:
+    from sandbox.verdict_table import counts, table
+
+    console = _console()
+    console.print(table(counts(folder)))
+    for row in content["backends"]:
+        if row["state"] != "ran":
+            console.print(f"not run: {row['name']}: {row['why']}", markup=False, highlight=False)
+    timing = content["timing"]
+    console.print(
+        f"{timing['wall']:.1f} s; solvers {timing['solve'] + timing['build']:.1f} s, exact arithmetic "
+        f"{timing['reference']:.1f} s, judging {timing['judge']:.1f} s; records in {folder}",
+        markup=False, highlight=False,
+    )  # fmt: skip
+
+
+@app.command()
+def verify(
+    full: Annotated[bool, typer.Option("--full", help="the large sets (about a quarter of an hour)")] = False,
+    accept: Annotated[bool, typer.Option("--accept", help="make the verdicts of this run the committed baseline")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="run folder [runs/verify-DATE]")] = None,
+    page: Annotated[Path, typer.Option("--page", help="where the HTML report goes")] = Path("reports/out/verification.html"),
+    jobs: Jobs = _cores(),
+    time_limit: TimeLimit = 2.0,
+) -> None:
+    """Run all standard sets through everything installed, print the verdicts and write the report.
+
+    Exit status 1 when a closed form falls, or when something that the baseline has as verified (same engine version)
+    is now a false success or a crash.
+    """
+    from problems import sets
+    from reports.verification import write_report
+    from sandbox import baseline
+    from sandbox.plan import standard
+    from sandbox.run_folder import carry_out, default_folder
+
+    folder = out or default_folder("verify")
+    plan = standard([sets.load(name, full) for name in sets.SETS], jobs=jobs, time_limit=time_limit)
+    with _bar() as tell:
+        content = carry_out(plan, folder, command=f"sandbox verify{' --full' if full else ''}", progress=tell)
+    _summary(folder, content)
+    console = _console()
+    written = write_report(folder, page)
+    console.print(f"report: {written} ({written.stat().st_size / 1e6:.1f} MB)", markup=False, highlight=False)
+    if accept:
+        console.print(f"baseline: {baseline.accept(folder)} verified records", markup=False, highlight=False)
+    fallen = baseline.fallen(folder)
+    for row in fallen[:20]:
+        console.print(f"fell: {' '.join(str(v) for v in row.values() if v is not None)}", markup=False, highlight=False)
+    console.print(f"fallen against the baseline: {len(fallen)}", markup=False, highlight=False)
+    if fallen:
+        raise typer.Exit(1)
+
+
+@app.command()
+def run(
+    source: Annotated[str, typer.Argument(metavar="SET|FILE", help="a problem set, or a .npz or .json file of problems")],
+    out: Annotated[Path, typer.Option("--out", help="run folder to make")],
+    backend: Annotated[Names, typer.Option("--backend", help="backend or library; repeat for several [all]")] = None,
+    formulation: Annotated[Names, typer.Option("--formulation", help="formulation; repeat for several [all]")] = None,
+    settings: Annotated[Names, typer.Option("--settings", help="settings level; repeat for several [high_accuracy]")] = None,
+    task: Annotated[Names, typer.Option("--task", help="tasks of a file's problems [exact; and least_squares with Wx]")] = None,
+    full: Annotated[bool, typer.Option("--full", help="the large form of a set")] = False,
+    jobs: Jobs = _cores(),
+    time_limit: TimeLimit = 2.0,
+) -> None:
+    """Run one problem set, or your own problems, through backends and closed forms."""
+    from sandbox.plan import chosen, known
+    from sandbox.run_folder import carry_out
+    from sandbox.task import TASKS
+
+    problems = _source(source, tuple(known("task", task, TASKS)) if task else None, full)
+    plan = chosen([problems], backend, formulation, settings or ["high_accuracy"], jobs=jobs, time_limit=time_limit)
+    words = ["sandbox", "run", source, *(["--full"] if full else [])]
+    for option, values in (("--backend", backend), ("--formulation", formulation), ("--settings", settings), ("--task", task)):
+        words += [word for value in values or () for word in (option, value)]
+    with _bar() as tell:
+        content = carry_out(plan, out, command=" ".join(words), progress=tell)
+    _summary(out, content)
+
+
+def _source(source: str, tasks: tuple[str, ...] | None, full: bool) -> Any:
+    """A problem set by name, or the problems of a file."""
+    from problems import sets
+    from sandbox.problem_file import read_problems
+
+    if source in sets.SETS:
+        return sets.load(source, full)
+    if Path(source).suffix or Path(source).exists():
+        return read_problems(Path(source), tasks)
+    raise UnknownNameError.of("problem set", source, sets.SETS)
+
+
+@app.command()
+def report(
+    folder: Run,
+    page: Annotated[Path, typer.Option("--page", help="where the HTML goes")] = Path("reports/out/verification.html"),
+) -> None:
+    """Write the HTML report of a run."""
+    from reports.verification import write_report
+
+    written = write_report(folder, page)
+    print(f"report: {written} ({written.stat().st_size / 1e6:.1f} MB)")
+
+
+@app.command()
+def show(
+    folder: Run,
+    problem: Annotated[str, typer.Argument(help="problem id, or the beginning of one")],
+    backend: Annotated[str | None, typer.Option("--backend", help="only this backend")] = None,
+    formulation: Annotated[str | None, typer.Option("--formulation", help="only this formulation")] = None,
+    settings: Annotated[str | None, typer.Option("--settings", help="only this settings level")] = None,
+    script: Annotated[bool, typer.Option("--script", help="print a Python file that repeats it without the sandbox")] = False,
+    as_json: Json = False,
+) -> None:
+    """One case in full, or as a stand-alone script."""
+    from sandbox import case
+    from sandbox.script import script as script_of
+
+    found = case.read_case(folder, problem)
+    if script:
+        print(script_of(found, backend or "closed_form:eq6", formulation or "direct", settings or "high_accuracy"))
+    elif as_json:
+        _print_json(case.as_json(found, backend=backend, formulation=formulation, settings=settings))
+    else:
+        print(case.text(found, backend=backend, formulation=formulation, settings=settings))
+
+
+@app.command(name="list")
+def list_(
+    what: Annotated[str, typer.Argument(metavar="sets|backends|formulations|closed_forms", help="what to list")],
+    as_json: Json = False,
+) -> None:
+    """List what there is."""
+    from rich.table import Table
+
+    from sandbox.plan import known
+
+    rows = _LISTS[known("list", [what], _LISTS)[0]]()
+    if as_json:
+        _print_json(rows)
+        return
+    drawn = Table()
+    for name in rows[0]:
+        drawn.add_column(name, overflow="fold")
+    for row in rows:
+        drawn.add_row(*(str(value) if value is not None else "silent" for value in row.values()))
+    _console().print(drawn)
+
+
+def _sets() -> list[dict[str, Any]]:
+    from problems import sets
+
+    loaded = [(row, sets.load(name)) for name, row in sets.SETS.items()]
+    return [
+        {"name": row.name, "problems": len(s), "seed": row.seed, "about": row.about,
+         "tasks": " ".join(dict.fromkeys(task for g in s.groups for task in g.tasks))}
+        for row, s in loaded
+    ]  # fmt: skip
+
+
+def _backends() -> list[dict[str, Any]]:
+    from sandbox.backends import BACKENDS
+
+    return [
+        {"name": b.name, "method": b.method, "promises H": b.promise.H, "promises A": b.promise.A, "licence": b.licence,
+         "expected": b.expected + (f": {b.message}" if b.message else ""), "install": b.install}
+        for b in BACKENDS.values()
+    ]  # fmt: skip
+
+
+def _formulations() -> list[dict[str, Any]]:
+    from sandbox.formulation import FORMULATIONS
+
+    return [{"name": f.name, "task": f.task, "about": f.about} for f in FORMULATIONS.values()]
+
+
+def _closed_forms() -> list[dict[str, Any]]:
+    from sandbox.closed_form import CLOSED_FORMS
+
+    return [
+        {"name": f.name, "task": f.task, "domain": f.domain, "error bound": f.bound_text, "source": f.source}
+        for f in CLOSED_FORMS.values()
+    ]
+
+
+_LISTS = {"sets": _sets, "backends": _backends, "formulations": _formulations, "closed_forms": _closed_forms}
+
+
+@app.command()
+def probe(
+    backend: Annotated[Names, typer.Option("--backend", help="backend or library; repeat for several [all]")] = None,
+    instances: Annotated[int, typer.Option("--instances", min=1, help="seeded instances per claim")] = 50,
+    folder: Annotated[Path | None, typer.Option("--into", help="keep the result in this run's run.json, for its report")] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure what each backend's documentation promises, and what it does not."""
+    from sandbox import probe as probing
+    from sandbox.records import read_run, write_json
+
+    content = None if folder is None else read_run(folder)
+    with _bar() as tell:
+        rows = probing.probe(backend, instances=instances, progress=tell)
+    if folder is not None and content is not None:
+        write_json({**content, "probe": rows}, folder / "run.json")
+    if as_json:
+        _print_json(rows)
+    else:
+        _console().print(probing.table(rows))
+
+
+@app.command()
+def export(
+    folder: Run,
+    parquet: Annotated[Path, typer.Option("--parquet", help="file to write")],
+) -> None:
+    """All records of a run in one Parquet file."""
+    from sandbox.run_folder import exported
+
+    exported(folder, parquet, print)
+
+
+def main() -> None:
+    """Run the command; a wrong input is one line and exit status 2, Ctrl-C exits with 130."""
+    try:
+        status = app(standalone_mode=False)
+    except SandboxError as error:
+        print(f"error: {error}", file=sys.stderr)
+        status = 2
+    except typer.Exit as stop:
+        status = stop.exit_code
+    except KeyboardInterrupt:
+        print("interrupted; what was done is kept", file=sys.stderr)
+        status = 130
+    except (typer.Abort, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        status = 2
+    except Exception as error:
+        # click's own usage errors carry their exit code and formatting
+        if hasattr(error, "show") and hasattr(error, "exit_code"):
+            error.show()
+            status = error.exit_code
+        else:
+            raise
+    sys.exit(status or 0)
+
+
+if __name__ == "__main__":
+    main()

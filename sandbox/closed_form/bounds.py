@@ -1,0 +1,134 @@
+"""Relative forward error bounds of the closed forms, with the matrices they measure; inf outside a form's domain.
+
+Relative to max(|qdot|_inf, s), s the largest entry of |X11||a| + |X12||xdot|, X the inverse of the KKT matrix:
+what the data can move qdot by.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sandbox.closed_form.geometry import Geometry, norm, positive_definite
+from sandbox.closed_form.linear import cholesky, eigenvalues, solve, svd, symmetric, transpose
+from sandbox.problem import VelocityProblem
+from sandbox.tolerances import FORWARD, UNIT
+
+Array = np.ndarray
+
+SIX = "50 n u (|[J; N'W]^-1 D|_2 + cond(J) |V'W| / lambda_min(N'WN)), D the row lengths of J and of |N|'|W|, rows of J equal"
+BORDERED = "50 (n + m) u cond2 of [t W, J'; J, 0], rows of J scaled to one and |t W| = sigma_min(J)"
+SINGULAR_VALUES = "50 n u cond(J L^-T) cond(L)^2, W = L L'"
+NORMAL = "50 n u (cond(J L^-T)^2 + cond(J L^-T) cond(L)^2), W = L L'"
+
+
+def condition(A: Array) -> Array:
+    """2-norm condition number (B,); inf where singular or not finite."""
+    sigma = svd(A)[1]
+    ratio = sigma[:, 0] / sigma[:, -1]
+    return np.where(np.isfinite(ratio), ratio, np.inf)
+
+
+def framework(problem: VelocityProblem, top: Array, top_size: Array, V: Array, N: Array, turn: Array) -> Array:
+    """What rounding is multiplied by in the solution of [top; N'W] x = b (B,): |A^-1 D|_2 + turn |V'W| / lambda_min(N'WN).
+
+    D holds what each row is a sum of, so cancellation in N'W counts: `top_size` (B, r), and the lengths of |N|'|W|.
+    `turn` (B,) u is the error of N, which moves N'(W x + a) by that share of V'W x, V (B, n, r) a basis of range J'.
+    """
+    NtW = problem.W.left(N)
+    terms = np.abs(transpose(N)) @ np.abs(problem.W.base)
+    E, gamma = problem.W.E, problem.W.gamma
+    if E is not None and gamma is not None:
+        # without a base an error in N'E' only mixes rows of E among each other
+        based = problem.W.base.any(axis=(-1, -2))[:, None, None]
+        inner = np.where(based, np.abs(transpose(N)) @ np.abs(transpose(E)), np.abs(transpose(N) @ transpose(E)))
+        terms = terms + inner @ np.abs(gamma) @ np.abs(E)
+    D = np.concatenate([top_size, np.linalg.norm(terms, axis=2)], axis=1)
+    sigma = svd(np.concatenate([top, NtW], axis=1) / D[:, :, None])[1]
+    kappa = 1 / sigma[:, -1]
+    if N.shape[-1]:
+        kappa = kappa + turn * norm(problem.W.left(V)) / eigenvalues(symmetric(NtW @ N))[:, 0]
+    return np.where(np.isfinite(kappa), kappa, np.inf)
+
+
+@np.errstate(all="ignore")
+def six(problem: VelocityProblem) -> Array:
+    """The bound of eq. (6) (B,)."""
+    if problem.n < problem.m:
+        return np.full(len(problem), np.inf)
+    geometry = Geometry.of(problem)
+    J = problem.J / geometry.scale[:, :, None]
+    V, turn = geometry.V[:, :, : problem.m], geometry.sigma[:, 0] / geometry.sigma[:, -1]
+    bound = FORWARD * problem.n * UNIT * framework(problem, J, np.linalg.norm(J, axis=2), V, geometry.N, turn)
+    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)
+
+
+def bordered_matrix(geometry: Geometry) -> tuple[Array, Array]:
+    """K = [t W, J'; J, 0] with rows of J scaled to one, and t (B,) with |t W| = sigma_min(J): K is then best conditioned."""
+    problem = geometry.problem
+    B, m, n = len(problem), problem.m, problem.n
+    t = geometry.sigma[:, -1] / np.where(geometry.size > 0, geometry.size, 1.0)
+    J = problem.J / geometry.scale[:, :, None]
+    K = np.zeros((B, n + m, n + m))
+    K[:, :n, :n] = t[:, None, None] * problem.W.dense()
+    K[:, n:, :n], K[:, :n, n:] = J, transpose(J)
+    return K, t
+
+
+@np.errstate(all="ignore")
+def bordered(problem: VelocityProblem) -> Array:
+    """The bound of the bordered system (B,)."""
+    geometry = Geometry.of(problem)
+    bound = FORWARD * (problem.n + problem.m) * UNIT * condition(bordered_matrix(geometry)[0])
+    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)
+
+
+@np.errstate(all="ignore")
+def normal(problem: VelocityProblem) -> Array:
+    """The bound of eqs. (2)-(5) (B,)."""
+    geometry = Geometry.of(problem)
+    Jh, L2 = _conditions(problem.W.dense(), geometry)
+    return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2), np.inf)
+
+
+@np.errstate(all="ignore")
+def singular_values(problem: VelocityProblem) -> Array:
+    """The bound of the weighted pseudoinverse (B,): nothing is squared."""
+    geometry = Geometry.of(problem)
+    Jh, L2 = _conditions(problem.W.dense(), geometry)
+    return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * Jh * L2, np.inf)
+
+
+def _conditions(W: Array, geometry: Geometry) -> tuple[Array, Array]:
+    """cond(J L^-T), rows of J scaled to one, and cond(L)^2 (B,); inf where W is not positive definite."""
+    L, positive = cholesky(W)
+    J = geometry.problem.J / geometry.scale[:, :, None]
+    Jh = condition(transpose(solve(L, transpose(J))))
+    return Jh, np.where(positive & positive_definite(W), condition(W), np.inf)
+
+
+def shifted_weight(geometry: Geometry) -> tuple[Array, Array]:
+    """(W + c J'D^-2 J, c): c = max(0, -2 lambda_min(S)) + |W|, twice what Finsler's lemma asks for and a little more.
+
+    S = Y'WY - Y'WN (N'WN)^-1 N'WY, Y = (D^-1 J)^+ = V Sigma^-1 (up to a rotation, which leaves the eigenvalues).
+    """
+    problem, m = geometry.problem, geometry.problem.m
+    N, Y = geometry.N, geometry.V[:, :, :m] / geometry.sigma[:, None, :]
+    YtW = problem.W.left(Y)
+    S = YtW @ Y
+    if problem.n > m:
+        across = YtW @ N
+        S = S - across @ solve(symmetric(problem.W.left(N) @ N), transpose(across))
+    c = np.maximum(0.0, -2 * eigenvalues(symmetric(S))[:, 0]) + geometry.size
+    J = problem.J / geometry.scale[:, :, None]
+    return symmetric(problem.W.dense() + c[:, None, None] * (transpose(J) @ J)), c
+
+
+@np.errstate(all="ignore")
+def finsler_bound(problem: VelocityProblem) -> Array:
+    """The bound of eqs. (2)-(5) on the shifted weight (B,)."""
+    if problem.n < problem.m:
+        return np.full(len(problem), np.inf)
+    geometry = Geometry.of(problem)
+    Jh, L2 = _conditions(shifted_weight(geometry)[0], geometry)
+    bound = FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2)
+    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)

@@ -1,0 +1,146 @@
+"""Eq. (13): the least-squares sense, for Jacobians of any rank."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sandbox.closed_form.bounds import SIX, framework
+from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger, numbers
+from sandbox.closed_form.geometry import Geometry, gradient, norm, weight_size
+from sandbox.closed_form.linear import eigenvalues, equilibrated, solve, symmetric, times, transpose
+from sandbox.problem import VelocityProblem
+from sandbox.solution import Solution, Status
+from sandbox.task import task_weight
+from sandbox.tolerances import CONDITION_SEVEN, FORWARD, RANK, RANK_GAP, UNIT
+
+Array = np.ndarray
+
+
+@np.errstate(all="ignore")
+def eq13(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> Solution:
+    """Solve [R'J'Wx J; N'W] qdot = [R'J'Wx xdot; -N'a], R = V_r Sigma_r^-1, N the whole null space.
+
+    Rows of J are scaled to one first (Wx, xdot and y with them). A singular value counts as zero up to `rank_tolerance`
+    (default 16 max(m, n) u) times the largest; what remains must stand 1000 times above what was dropped.
+    Refuses unless (JR)'Wx(JR) > 0 (TARGET_UNBOUNDED) and N'WN > 0 (CONDITION_SEVEN). y is in Wx range(J).
+    Source: eq. (13), English & Maciejewski; methods 6.
+    """
+    B, m, n = len(problem), problem.m, problem.n
+    ledger = Ledger(problem)
+    x, y = np.full((B, n), np.nan), np.full((B, m), np.nan)
+    geometry = Geometry.of(problem)
+    ledger.show(geometry)
+    rank, ambiguous = declared_rank(geometry, rank_tolerance)
+    ledger.refuse(ambiguous, Status.RANK_AMBIGUOUS, lambda i: (
+        f"the singular values of J, {numbers(ledger.evidence['singular_values'][i])}, show no gap of {RANK_GAP:g}: no rank"
+    ))  # fmt: skip
+    for r in np.unique(rank[ledger.open]):
+        members = np.flatnonzero(ledger.open & (rank == r))
+        bucket = Bucket(geometry[members], int(r))
+        decide(ledger, members, bucket)
+        keep = ledger.open[members]
+        if keep.any():
+            x[members[keep]], y[members[keep]] = Bucket(geometry[members[keep]], int(r)).solve()
+    return ledger.solution(x, y)
+
+
+def declared_rank(geometry: Geometry, rank_tolerance: float | None) -> tuple[Array, Array]:
+    """(rank, whether it is ambiguous) of every member, from the singular values of the equilibrated J."""
+    m, n = geometry.problem.m, geometry.problem.n
+    sigma = geometry.sigma
+    floor = max(m, n) * UNIT
+    share = RANK * floor if rank_tolerance is None else rank_tolerance
+    rank = (sigma > share * sigma[:, :1]).sum(axis=1)
+    padded = np.concatenate([sigma[:, :1], sigma, np.zeros((len(sigma), 1))], axis=1)
+    last = np.take_along_axis(padded, rank[:, None], axis=1)[:, 0]
+    dropped = np.take_along_axis(padded, rank[:, None] + 1, axis=1)[:, 0]
+    ambiguous = (rank > 0) & ~(last > RANK_GAP * np.maximum(dropped, floor * sigma[:, 0]))
+    return rank, ambiguous | ~np.isfinite(sigma).all(axis=1)
+
+
+class Bucket:
+    """Members of one rank r: eq. (13) in rows scaled to one."""
+
+    def __init__(self, geometry: Geometry, r: int) -> None:
+        problem = geometry.problem
+        self.problem, self.r, self.scale = problem, r, geometry.scale
+        self.N, self.Vr = geometry.V[:, :, r:], geometry.V[:, :, :r]
+        self.sigma = geometry.sigma[:, :r]
+        scaled = geometry.U[:, :, :r] * self.scale[:, :, None]  # range J in the given rows
+        self.WxU = task_weight(problem) @ scaled
+        self.P = symmetric(transpose(scaled) @ self.WxU)  # (JR)'Wx(JR)
+        self.P_size = norm(np.abs(transpose(scaled)) @ np.abs(task_weight(problem)) @ np.abs(scaled))
+        self.NtW = problem.W.left(self.N)
+        self.S = symmetric(self.NtW @ self.N)
+
+    @property
+    def matrix(self) -> Array:
+        """[R'J'Wx J; N'W]."""
+        return np.concatenate([self.P @ (self.sigma[:, :, None] * transpose(self.Vr)), self.NtW], axis=1)
+
+    def solve(self) -> tuple[Array, Array]:
+        """(x, y); W x + a + J'y = 0 on range J', y = Wx U_r c."""
+        right = [times(transpose(self.WxU), self.problem.xdot), -times(transpose(self.N), self.problem.a)]
+        A, b = equilibrated(self.matrix, np.concatenate(right, axis=1))
+        x = solve(A, b[:, :, None])[:, :, 0]
+        if not self.r:
+            return x, np.zeros((len(x), self.problem.m))
+        inner = (transpose(self.Vr) @ gradient(self.problem, x)[:, :, None]) / self.sigma[:, :, None]
+        return x, -(self.WxU @ solve(self.P, inner))[:, :, 0]
+
+
+def decide(ledger: Ledger, members: Array, bucket: Bucket) -> None:
+    """Refuse what eq. (13) must not answer (methods 6.1): the target first, then condition (7)."""
+    problem, r = bucket.problem, bucket.r
+    n, m = problem.n, problem.m
+    everyone = np.zeros((2, len(ledger.codes)), dtype=bool)
+    if r:
+        lowest = eigenvalues(bucket.P)[:, 0]
+        everyone[0, members] = ~(lowest > CONDITION_SEVEN * r * m * 2 * UNIT * bucket.P_size)
+        values = dict(zip(members.tolist(), lowest.tolist(), strict=True))
+        ledger.refuse(everyone[0], Status.TARGET_UNBOUNDED, lambda i: (
+            f"Wx is not positive definite on range J: the smallest eigenvalue of (JR)'Wx(JR) is {values[i]:.6g}, so the "
+            "least-squares target has no minimum or more minima than null J explains"
+        ))  # fmt: skip
+    if r < n:
+        curvature = eigenvalues(bucket.S)
+        threshold = CONDITION_SEVEN * (n - r) * n * 2 * UNIT * weight_size(problem, bucket.N)
+        ledger.evidence["lambda_min_reduced"][members] = curvature[:, 0]
+        ledger.evidence["lambda_max_reduced"][members] = curvature[:, -1]
+        ledger.threshold[members] = threshold
+        everyone[1, members] = ~(curvature[:, 0] > threshold)
+        ledger.refuse(everyone[1], Status.CONDITION_SEVEN, ledger.curvature_words)
+
+
+@np.errstate(all="ignore")
+def bound(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> Array:
+    """That of eq. (6) with the rows of eq. (13), plus what a residual adds (B,); inf where eq. (13) refuses.
+
+    Range J turns by u sigma_1/sigma_r, and the target then moves by that share of (JR)'^-1 Wx (xdot - J qdot).
+    """
+    geometry = Geometry.of(problem)
+    ledger = Ledger(problem)
+    rank, ambiguous = declared_rank(geometry, rank_tolerance)
+    out = np.full(len(problem), np.inf)
+    for r in np.unique(rank[~ambiguous]):
+        members = np.flatnonzero(~ambiguous & (rank == r))
+        bucket = Bucket(geometry[members], int(r))
+        decide(ledger, members, bucket)
+        part, sigma = bucket.problem, bucket.sigma
+        x = bucket.solve()[0]
+        turn = sigma[:, 0] / sigma[:, -1] if r else np.zeros(len(members))
+        top_size = np.broadcast_to((bucket.P_size * sigma[:, 0])[:, None], sigma.shape) if r else sigma
+        kappa = framework(part, bucket.matrix[:, :r], top_size, bucket.Vr, bucket.N, turn)
+        if r:
+            residual = np.linalg.norm((part.xdot - times(part.J, x)) / bucket.scale, axis=1)
+            gain = bucket.P_size / eigenvalues(bucket.P)[:, 0] * turn / sigma[:, -1]
+            kappa = kappa + gain * residual / np.linalg.norm(x, axis=1)
+        out[members] = FORWARD * problem.n * UNIT * kappa
+    return np.where(ledger.open, out, np.inf)
+
+
+EQ13 = ClosedForm(
+    name="eq13", task="least_squares", domain=CONDITION_SEVEN_HOLDS + ", Wx > 0 on range J", function=eq13, bound=bound,
+    bound_text=SIX.replace("[J; N'W]", "[R'J'Wx J; N'W]") + "; plus, off range J, 50 n u cond(J) cond(P) |xdot - J qdot| / (sigma_r |qdot|)",
+    about="least-squares sense at any rank of J", source="English & Maciejewski, eq. (13); methods 6",
+)  # fmt: skip

@@ -1,0 +1,67 @@
+"""Eqs. (2)-(5): the normal equations, in the paper's Cholesky order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from sandbox.closed_form.bounds import NORMAL, normal
+
+from sandbox.closed_form.compiled import compiled
+from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
+from sandbox.closed_form.kernels import RANK, WEIGHT
+from sandbox.closed_form.linear import pivots_clear
+from sandbox.problem import VelocityProblem
+from sandbox.solution import Solution, Status
+
+Array = np.ndarray
+
+
+@np.errstate(all="ignore")
+def eq2_5(problem: VelocityProblem, *, dtype: Any = np.float64) -> Solution:
+    """W = L L', Jh = (L^-1 J')', zh = L^-1(-a), (Jh Jh') y = xdot - Jh zh, L' qdot = Jh'y + zh; our multiplier is -y.
+
+    `dtype` float32 computes in single precision (section V). Refuses W that is not positive definite.
+    Source: eqs. (2)-(5) and section IV, English & Maciejewski, after Klein & Huang.
+    """
+    ledger = Ledger(problem)
+    x, y, weight, rank = normal_equations(problem, problem.W.dense(), dtype)
+    refuse_normal(ledger, weight, rank)
+    return ledger.solution(x, y)
+
+
+def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64) -> tuple[Array, Array, Array, Array]:
+    """(x, y, W not positive definite, J W^-1 J' not positive definite) beyond rounding, for every member."""
+    B, m, n = len(problem), problem.m, problem.n
+    J, xdot, W, a = (np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, W, problem.a))
+    x, y = np.full((B, n), np.nan, dtype), np.full((B, m), np.nan, dtype)
+    L, M = np.zeros((B, n, n), dtype), np.zeros((B, m, m), dtype)
+    code = np.empty(B, dtype=np.int64)
+    compiled("eq2_5_stack")(J, xdot, W, a, dtype(1), True, x, y, L, M, code)
+    unit = np.finfo(dtype).eps / 2
+    weight = (code == WEIGHT) | ~pivots_clear(L, unit)
+    rank = ~weight & ((code == RANK) | ~pivots_clear(M, unit) | (m > n))
+    return x, y, weight, rank
+
+
+def refuse_normal(ledger: Ledger, weight: Array, rank: Array) -> None:
+    """Refuse by the two Cholesky factorisations, with evidence."""
+    refused = weight | rank
+    if not refused.any():
+        return
+    geometry = ledger.explain(refused)
+    seen = np.zeros(len(refused), dtype=bool)
+    seen[refused] = geometry.full_row_rank
+    ledger.refuse(weight, Status.NOT_POSITIVE_DEFINITE, "W is not positive definite beyond rounding: it has no Cholesky factor")
+    ledger.refuse(rank & ~seen, Status.RANK_DEFICIENT, ledger.rank_words)
+    ledger.refuse(
+        rank, Status.ILL_CONDITIONED,
+        "J W^-1 J' squares the condition of J and is singular to rounding, though J is not: eq. (6) does not square it",
+    )  # fmt: skip
+
+
+EQ2_5 = ClosedForm(
+    name="eq2_5", task="exact", domain=POSITIVE_WEIGHT, function=eq2_5, bound=normal, bound_text=NORMAL,
+    about="normal equations J W^-1 J' by two Cholesky factorisations",
+    source="English & Maciejewski, eqs. (2)-(5) and section IV",
+)  # fmt: skip

@@ -1,0 +1,41 @@
+"""One problem or stack through closed forms and backends, as a table of records in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pyarrow as pa
+
+from sandbox.campaign import Campaign
+from sandbox.plan import chosen
+from sandbox.problem import VelocityProblem
+from sandbox.problem_set import Group, ProblemSet
+from sandbox.records import RECORDS
+
+
+def cross_validate(
+    problem: VelocityProblem,
+    backends: Sequence[str] | None = None,
+    formulations: Sequence[str] | None = None,
+    settings: str = "high_accuracy",
+    *,
+    tasks: Sequence[str] = ("exact",),
+    time_limit: float = 2.0,
+) -> pa.Table:
+    """Records (records.RECORDS) of `problem`, one per backend and formulation and one per closed form.
+
+    backends, formulations : names, all where None ("closed_form:eq6" names a closed form, "qpsolvers" all its engines)
+    settings : default, low_accuracy, mid_accuracy or high_accuracy
+    tasks : of exact, least_squares, damped
+    time_limit : seconds for one problem
+
+    Raises
+    ------
+    UnknownNameError
+        where a name is not registered; it lists those that are.
+    """
+    group = Group(problem.stacked(), tasks=tuple(tasks))
+    plan = chosen([ProblemSet("given", (group,))], backends, formulations, [settings], time_limit=time_limit)
+    kept = [RECORDS.empty_table()]
+    Campaign(plan, lambda kind, _, table: kept.append(table) if kind == "records" else None).carry_out()
+    return pa.concat_tables(kept).unify_dictionaries().combine_chunks()

@@ -1,0 +1,60 @@
+"""Which backends, formulations and settings a run has, from the names a user gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sandbox.backends import BACKENDS
+from sandbox.campaign import Plan
+from sandbox.closed_form import CLOSED_FORMS
+from sandbox.errors import UnknownNameError
+from sandbox.formulation import FORMULATIONS
+from sandbox.problem_set import ProblemSet
+from sandbox.tolerances import VERIFIED_RELATIVE
+
+CLOSED_FORM_PREFIX = "closed_form:"
+
+
+def known(kind: str, names: Iterable[str] | None, registered: Iterable[str]) -> list[str]:
+    """`names` as a list, all `registered` ones where None; a name may be the first part of several ("qpsolvers").
+
+    Raises UnknownNameError for a name that is not registered.
+    """
+    registered = list(registered)
+    if names is None:
+        return registered
+    found: list[str] = []
+    for name in names:
+        fitting = [one for one in registered if one == name or one.startswith(f"{name}:")]
+        if not fitting:
+            raise UnknownNameError.of(kind, name, registered)
+        found += [one for one in fitting if one not in found]
+    return found
+
+
+def chosen(
+    sets: Sequence[ProblemSet], backends: Sequence[str] | None, formulations: Sequence[str] | None,
+    settings: Sequence[str] = ("high_accuracy",), *, jobs: int = 1, time_limit: float = 2.0, sample_every: int = 1,
+) -> Plan:  # fmt: skip
+    """A plan that runs the same formulations at every settings level; closed forms are named "closed_form:eq6".
+
+    Raises UnknownNameError where a name is not registered.
+    """
+    forms = [f"{CLOSED_FORM_PREFIX}{name}" for name in CLOSED_FORMS]
+    runnable = [name for name, row in BACKENDS.items() if row.expected == "runs"]
+    wanted = known("backend", backends, [*(BACKENDS if backends else runnable), *forms])
+    return Plan(
+        sets=sets,
+        backends=[name for name in wanted if not name.startswith(CLOSED_FORM_PREFIX)],
+        levels={level: known("formulation", formulations, FORMULATIONS) for level in known("settings level", settings, VERIFIED_RELATIVE)},
+        closed_forms=[name.removeprefix(CLOSED_FORM_PREFIX) for name in wanted if name.startswith(CLOSED_FORM_PREFIX)],
+        jobs=jobs, time_limit=time_limit, sample_every=sample_every,
+    )  # fmt: skip
+
+
+def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0, full: bool = False) -> Plan:
+    """What `sandbox verify` runs: every formulation at high accuracy, the engines' own settings on `direct` alone."""
+    return Plan(
+        sets=sets, backends=list(BACKENDS), levels={"high_accuracy": list(FORMULATIONS), "default": ["direct"]},
+        closed_forms=list(CLOSED_FORMS), jobs=jobs, time_limit=time_limit, sample_every=10,
+    )  # fmt: skip

@@ -1,0 +1,184 @@
+"""A campaign kept on disk: a folder with run.json and Parquet parts, complete at every moment."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+from collections.abc import Callable
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from sandbox import __version__
+from sandbox.backends import BACKENDS
+from sandbox.campaign import Campaign, Plan, Progress, quiet
+from sandbox.closed_form import CLOSED_FORMS
+from sandbox.errors import InputFileError
+from sandbox.formulation import FORMULATIONS
+from sandbox.records import read_table, write_json, write_parquet
+
+KINDS = ("problems", "truth", "records")
+
+
+def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet) -> dict[str, Any]:
+    """Run `plan` into the folder `out` and return its run.json; an interrupted run keeps what was done.
+
+    Raises
+    ------
+    InputFileError
+        if `out` exists and is not a run folder (an earlier run there is replaced).
+    """
+    out = Path(out)
+    _clear(out)
+    started = datetime.now(UTC)
+    content = _describe(plan, command, started)
+
+    def keep(kind: str, name: str, table: pa.Table) -> None:
+        write_parquet(table, out / kind / f"{name}.parquet")
+
+    write_json(content, out / "run.json")
+    campaign = Campaign(plan, keep, progress)
+    try:
+        campaign.carry_out()
+        content["complete"] = True
+    finally:
+        content["finished"] = datetime.now(UTC).isoformat(timespec="seconds")
+        content["timing"] = {name: round(getattr(campaign.tally, name), 3) for name in ("wall", "solve", "build", "reference", "judge")}
+        for row in content["backends"]:
+            _note_presence(row, campaign)
+        content["not_run"] = _not_run(out)
+        write_json(content, out / "run.json")
+    return content
+
+
+def _clear(out: Path) -> None:
+    """Make room: only what a run wrote is ever removed."""
+    if out.exists() and not out.is_dir():
+        raise InputFileError(f"{out} is a file; --out names a folder")
+    if out.exists() and any(out.iterdir()):
+        if not (out / "run.json").is_file():
+            raise InputFileError(f"{out} holds files that are no run; name another folder with --out")
+        for kind in KINDS:
+            shutil.rmtree(out / kind, ignore_errors=True)
+
+
+def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
+    """What is known of a run before it begins."""
+    return {
+        "format": 1,
+        "id": started.strftime("%Y%m%dT%H%M%SZ"),
+        "command": command,
+        "started": started.isoformat(timespec="seconds"),
+        "finished": None,
+        "complete": False,
+        "sandbox_version": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cpu": _processor(),
+        "cores": os.cpu_count(),
+        "jobs": plan.jobs,
+        "time_limit": plan.time_limit,
+        "sample_every": plan.sample_every,
+        "packages": _versions(),
+        "sets": [
+            {
+                "name": s.name,
+                "about": s.about,
+                "problems": len(s),
+                "groups": [[g.problem.m, g.problem.n, len(g)] for g in s.groups],
+                "tasks": list(dict.fromkeys(task for g in s.groups for task in g.tasks)),
+            }
+            for s in plan.sets
+        ],
+        "backends": [_backend(name) for name in plan.backends],
+        "closed_forms": [
+            {"name": f.name, "task": f.task, "domain": f.domain, "bound": f.bound_text, "about": f.about, "source": f.source}
+            for f in (CLOSED_FORMS[name] for name in plan.closed_forms)
+        ],
+        "formulations": [
+            {"name": f.name, "task": f.task, "about": f.about} for f in (FORMULATIONS[name] for name in plan.formulations)
+        ],
+        "settings": list(plan.levels),
+        "levels": {level: list(names) for level, names in plan.levels.items()},
+        "not_run": [],
+        "probe": None,
+        "timing": {},
+    }
+
+
+def _backend(name: str) -> dict[str, Any]:
+    row = BACKENDS[name]
+    return {
+        "name": name, "library": row.library, "engine": row.engine, "licence": row.licence, "method": row.method,
+        "promise": {key: getattr(row.promise, key) for key in ("H", "A", "quote", "source", "version")},
+        "expected": row.expected, "message": row.message, "sampled": row.sampled, "install": row.install,
+        "state": "not_run", "why": "", "library_version": None, "engine_version": None, "effective_settings": {},
+    }  # fmt: skip
+
+
+def _note_presence(row: dict[str, Any], campaign: Campaign) -> None:
+    presence = campaign.presence.get(row["name"])
+    if presence is None:
+        return
+    row.update(state=presence.state, why=presence.why)
+    for level, engine in presence.engines.items():
+        row.update(library_version=engine.library_version, engine_version=engine.engine_version)
+        row["effective_settings"][level] = {"eps": list(engine.eps), **engine.settings}
+
+
+def _not_run(out: Path) -> list[dict[str, Any]]:
+    """Records with the verdict not_run, counted by backend, formulation, settings, set and reason."""
+    keys = ["backend", "formulation", "settings", "set", "said"]
+    try:
+        records = read_table(out, "records", [*keys, "verdict"])
+    except InputFileError:  # nothing was recorded before the run ended
+        return []
+    left = records.filter(pc.equal(records["verdict"].cast(pa.string()), "not_run")).select(keys)
+    left = pa.table({name: left[name].cast(pa.string()) for name in keys})
+    counted = left.group_by(keys).aggregate([([], "count_all")]).to_pylist()
+    return [
+        {**{k: row[k] for k in keys[:-1]}, "count": row["count_all"], "why": row["said"]}
+        for row in sorted(counted, key=lambda row: tuple(str(row[k]) for k in keys))
+    ]
+
+
+def _versions() -> dict[str, str]:
+    """Installed versions of everything the distribution depends on."""
+    names = ["numpy", "scipy", "numba", "python-flint", "pyarrow", "duckdb"]
+    names += sorted({package for row in BACKENDS.values() for package in row.install.removeprefix("pip install ").split()})
+    found = {}
+    for name in dict.fromkeys(names):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = "absent"
+    return found
+
+
+def _processor() -> str:
+    """The processor's own name where the system tells it."""
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.is_file():
+        for line in cpuinfo.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def default_folder(command: str) -> Path:
+    """runs/COMMAND-DATE-TIME below the current folder."""
+    return Path("runs") / f"{command}-{datetime.now():%Y%m%d-%H%M%S}"
+
+
+def exported(run: Path, file: Path, told: Callable[[str], None]) -> None:
+    """All records of a run in one Parquet file."""
+    table = read_table(run, "records")
+    write_parquet(table, file)
+    told(f"{table.num_rows} records in {file}")
+
+

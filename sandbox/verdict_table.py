@@ -1,0 +1,67 @@
+"""Counts of verdicts by backend and formulation, for the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import pyarrow as pa
+from rich.table import Table
+
+from sandbox.records import read_table
+from sandbox.verdict import VERDICTS
+
+STYLE = {
+    "verified": "green",
+    "right_refusal": "green",
+    "false_success": "bold red",
+    "crashed": "bold red",
+    "timed_out": "red",
+    "wrong_refusal": "red",
+    "inaccurate": "yellow",
+}
+"""Colours beside the words, never instead of them."""
+
+
+def counts(run: Path) -> list[dict[str, Any]]:
+    """One row per backend, formulation and settings: verdict -> number of records; those blamed on the formulation apart."""
+    wanted = ["backend", "formulation", "settings", "verdict", "blame"]
+    records = read_table(run, "records", wanted)
+    plain = pa.table({name: records[name].cast(pa.string()) for name in wanted})
+    with duckdb.connect() as database:
+        database.register("records", plain)
+        found = database.execute(
+            "SELECT backend, formulation, settings, verdict, blame IS NOT DISTINCT FROM 'formulation' AS posing, "
+            "count(*) AS n FROM records GROUP BY ALL ORDER BY ALL"
+        ).fetchall()
+    rows: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for backend, formulation, settings, verdict, posing, n in found:
+        row = rows.setdefault(
+            (backend, formulation, settings),
+            {"backend": backend, "formulation": formulation, "settings": settings, "of_formulation": 0},
+        )
+        if posing:
+            row["of_formulation"] += n
+        else:
+            row[verdict] = row.get(verdict, 0) + n
+    return list(rows.values())
+
+
+def table(rows: list[dict[str, Any]]) -> Table:
+    """The rows of `counts` as a table; a verdict that never occurs has no column."""
+    used = [verdict for verdict in VERDICTS if any(verdict in row for row in rows)]
+    drawn = Table(title="verdicts (answers that posing alone spoils are counted under `posing`)", title_justify="left")
+    for name in ("backend", "formulation", "settings"):
+        drawn.add_column(name, overflow="fold")
+    for verdict in used:
+        drawn.add_column(verdict.replace("_", "\n"), justify="right", style=STYLE.get(verdict, ""))
+    drawn.add_column("posing", justify="right", style="dim")
+    last = None
+    for row in rows:
+        if last is not None and last != row["backend"]:
+            drawn.add_section()
+        cells = ["" if row["backend"] == last else row["backend"], row["formulation"] or "", row["settings"] or ""]
+        last = row["backend"]
+        drawn.add_row(*cells, *(str(row.get(v) or "") for v in used), str(row["of_formulation"] or ""))
+    return drawn
