@@ -1,0 +1,1 @@
+"""Robots, problem sets and what they are made of."""

@@ -272,10 +272,18 @@ def closed_form_pairs(run: RunData) -> tuple[list[str], dict[tuple[str, str], Ro
     return [name for name in backend_order(run) if any(name == key[0] for key in pairs)], pairs
 
 
+def lower_end(successes: int, trials: int) -> float:
+    """Lower end of the 95 % interval of a share (Wilson 1927)."""
+    z2 = 1.96**2
+    share, spread = successes / trials, z2 / (4 * trials)
+    return (share + 2 * spread - (z2 / trials * (share * (1 - share) + spread)) ** 0.5) / (1 + z2 / trials)
+
+
 def recommendations(run: RunData) -> list[Row]:
     """Per class of problems every formulation x backend, ranked.
 
-    Rank: no false success before any; then the share verified, in whole per cent; then the median time to build and solve.
+    Rank: no false success before any; then the share verified, as the lower end of its 95 % interval in whole per cent;
+    then the median time to build and solve.
     """
     licences = {row["name"]: row.get("licence") for row in run.about.get("backends", [])}
     sampled = {row["name"] for row in run.about.get("backends", []) if row.get("sampled")}
@@ -292,12 +300,14 @@ def recommendations(run: RunData) -> list[Row]:
         )
         fastest = min((row["time"] for row in rows if row["time"] and row["verified"]), default=None)
         for row in rows:
-            row["share"] = row["verified"] / row["n"]
             row["ratio"] = row["time"] / fastest if row["time"] and fastest else None
             row["licence"] = "Apache-2.0 (this project)" if row["closed"] else licences.get(row["backend"])
             row["sampled"] = row["backend"] in sampled
         rows.sort(
-            key=lambda r: (r["false_success"] > 0, -round(100 * r["share"]), r["time"] or float("inf"), r["backend"], r["formulation"])
+            key=lambda r: (
+                r["false_success"] > 0, -int(100 * lower_end(r["verified"], r["n"])), r["time"] or float("inf"),
+                r["backend"], r["formulation"] or "",
+            )  # fmt: skip
         )
         if rows:
             out.append({"name": name, "words": words, "definition": definition, "rows": rows, "problems": max(r["n"] for r in rows)})

@@ -14,6 +14,7 @@ from typing import Any
 from urllib.parse import quote, urlencode
 
 import jinja2
+from markupsafe import Markup, escape
 
 _HERE = Path(__file__).parent
 ASSETS = _HERE / "assets"
@@ -81,7 +82,19 @@ def percent(part: float | None, whole: float | None = 1.0) -> str:
 
 def count(value: float | None) -> str:
     """A count with thousands set apart."""
-    return "–" if value is None else f"{value:,.0f}".replace(",", " ")
+    return "–" if value is None else f"{value:,.0f}"
+
+
+def counted(words: str, value: int) -> str:
+    """The words of a verdict for so many answers: 1 refusal, 2 refusals."""
+    if value == 1 or not words.endswith(("success", "refusal", "limit")):
+        return words
+    return words + ("es" if words.endswith("s") else "s")
+
+
+def breakable(name: str) -> Markup:
+    """A name that may break after its underscores and colons."""
+    return Markup(str(escape(name)).replace("_", "_<wbr>").replace(":", ":<wbr>"))
 
 
 def link(**filters: Any) -> str:
@@ -109,6 +122,7 @@ def render(template: str, **context: Any) -> str:
     )  # fmt: skip
     environment.filters |= {
         "number": number, "seconds": seconds, "percent": percent, "count": count, "case_key": case_key, "web": web_address,
+        "counted": counted, "breakable": breakable,
     }  # fmt: skip
     environment.globals |= {"link": link, "policy": CONTENT_SECURITY_POLICY}
     return environment.get_template(template).render(**context)

@@ -279,9 +279,9 @@ def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: fl
 
     def each(values: list[Any]) -> pa.Array:
         """One value per batch, repeated over its members."""
-        kinds = list(dict.fromkeys(values))
-        codes = np.repeat([kinds.index(value) for value in values], [len(m) for m in members]).astype(np.int32)
-        return pa.DictionaryArray.from_arrays(codes, pa.array(kinds, pa.string()))
+        kinds = [kind for kind in dict.fromkeys(values) if kind is not None]
+        codes = np.repeat([-1 if v is None else kinds.index(v) for v in values], [len(m) for m in members]).astype(np.int32)
+        return pa.DictionaryArray.from_arrays(pa.array(codes, mask=codes < 0), pa.array(kinds, pa.string()))
 
     rows = np.concatenate(members)
     qdot, y, status = (joined([getattr(batch, name) for batch in batches]) for name in ("qdot", "y", "status"))

@@ -144,7 +144,9 @@ def _condition(
     spread = (joints @ (np.abs(K) @ np.abs(z)[..., None] + np.abs(rhs)[..., None]))[..., 0].max(axis=-1)
     s = (joints @ np.abs(rhs)[..., None])[..., 0].max(axis=-1)
     X12 = X[:, :n, q : q + p]
-    primal = np.abs(X12 @ back).sum(axis=-1).max(axis=-1) if p else np.zeros(b)
+    with np.errstate(invalid="ignore"):  # a K that is singular in float64 has an infinite inverse: no tolerance at all
+        through = X12 @ back
+    primal = np.abs(through).sum(axis=-1).max(axis=-1) if p else np.zeros(b)
     if task == "least_squares" and p:  # posed as the r rows or as the normal equations: whichever lets more through
         primal = np.maximum(primal, np.abs(X12).sum(axis=-1).max(axis=-1))
     dual = np.abs(X[:, :n, :n]).sum(axis=-1).max(axis=-1)

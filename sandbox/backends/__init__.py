@@ -1,7 +1,7 @@
 """The one table of backends: a backend is registered by one row here and by nothing else.
 
-Importing this imports no solver. A promise is the documentation's own sentence; where it says nothing of
-H or A the promise is None, and with nothing said at all the quote is empty.
+Importing this imports no solver. A promise is the documentation's own sentence ([...] joins two); where it
+says nothing of H or A the promise is None, and with nothing said at all the quote is empty.
 """
 
 from __future__ import annotations
@@ -30,9 +30,8 @@ _QPSOLVERS = Promise(
 )  # fmt: skip
 _CVXOPT = Promise(
     "psd", "full_rank",
-    "Linear equality constraint matrix. It needs to be full row rank",
-    "qpsolvers.solvers.cvxopt_.cvxopt_solve_qp, docstring; cvxopt.solvers.qp, docstring: P \"Must be positive semidefinite\"",
-    "qpsolvers 4.13.0, cvxopt 1.3.3",
+    "Must be positive semidefinite. [...] It needs to be full row rank",
+    "cvxopt.coneprog.qp, docstring; qpsolvers.solvers.cvxopt_.cvxopt_solve_qp, docstring", "1.3.3; 4.13.0",
 )  # fmt: skip
 _DAQP = Promise(
     "psd", None,
@@ -68,11 +67,6 @@ _SCS = Promise(
     "psd", None,
     "must be symmetric positive semidefinite",
     "https://www.cvxgrp.org/scs/api/matrices.html", "3.2",
-)  # fmt: skip
-_CLARABEL = Promise(
-    "psd", None,
-    "data matrices $P=P^\\top \\succeq 0$",
-    f"clarabel, {_README}", "0.11.1",
 )  # fmt: skip
 _CVXPY = Promise(
     "psd", None,
@@ -110,19 +104,27 @@ def _qpsolvers(
     )  # fmt: skip
 
 
-def _cvxpy(engine: str, licence: str, method: str, package: str = "") -> tuple[Backend, Backend]:
+def _cvxpy(
+    engine: str, licence: str, method: str, package: str = "", *, without_rows: bool = True
+) -> tuple[Backend, Backend]:
     install = f"pip install cvxpy {package or engine.lower()}"
-    plain = Backend(f"cvxpy:{engine}", "cvxpy", engine, licence, method, _CVXPY, sampled=True, install=install)
-    name = f"{engine}+assume_psd"
-    return plain, Backend(f"cvxpy:{name}", "cvxpy", name, licence, method, _ASSUMED, sampled=True, install=install)
+    by_rule, assumed = (
+        Backend(
+            f"cvxpy:{name}", "cvxpy", name, licence, method, promise, without_rows=without_rows, sampled=True,
+            install=install,
+        )
+        for name, promise in ((engine, _CVXPY), (f"{engine}+assume_psd", _ASSUMED))
+    )  # fmt: skip
+    return by_rule, assumed
 
 
 def _casadi(
-    engine: str, licence: str, method: str, promise: Promise = _CONIC, *, message: str = "", sampled: bool = False
-) -> Backend:
+    engine: str, licence: str, method: str, promise: Promise = _CONIC, *, message: str = "", sampled: bool = False,
+    without_rows: bool = True,
+) -> Backend:  # fmt: skip
     return Backend(
         f"casadi:{engine}", "casadi", engine, licence, method, promise, "loads but fails" if message else "runs", message,
-        sampled=sampled, install="pip install casadi",
+        without_rows, sampled, "pip install casadi",
     )  # fmt: skip
 
 
@@ -150,7 +152,7 @@ _ROWS = (
     *_cvxpy("PIQP", "BSD-2-Clause", f"proximal {_IPM}"),
     *_cvxpy("PROXQP", "BSD-2-Clause", _PALM, "proxsuite"),
     *_cvxpy("QPALM", "LGPL-3.0-or-later", _PALM),
-    *_cvxpy("SCS", "MIT", f"{_ADMM}, on the cone form"),
+    *_cvxpy("SCS", "MIT", f"{_ADMM}, on the cone form", without_rows=False),
     _casadi("qrqp", "LGPL-3.0-or-later", f"primal-dual {_ACTIVE}"),
     _casadi("osqp", "Apache-2.0", _ADMM),
     _casadi("highs", "MIT", f"primal {_ACTIVE}"),
@@ -160,10 +162,9 @@ _ROWS = (
     _casadi("daqp", "MIT", f"dual {_ACTIVE}"),
     _casadi("fatrop", "LGPL-3.0-or-later", f"{_IPM} for optimal control"),
     _casadi("piqp", "BSD-2-Clause", f"proximal {_IPM}"),
-    _casadi("superscs", "MIT", f"{_ADMM}, on the cone form", sampled=True),
     _casadi(
         "hpipm", "BSD-2-Clause", f"{_IPM} for optimal control",
-        message="HPIPM: specified structure of A does not correspond to what the interface can handle",
+        message="does not correspond to what the interface can handle", without_rows=False,  # it dies of SIGSEGV there
     ),  # fmt: skip
     _casadi("clp", "EPL-2.0", "simplex", message="Not an LP"),
     _casadi("ipopt", "EPL-2.0", f"{_IPM}, nonlinear", _IPOPT, sampled=True),

@@ -109,7 +109,7 @@ class Engine(NamedTuple):
     engine_version: str
 
 
-def solver(solve: Solve) -> Solve:
+def guarded(solve: Solve) -> Solve:
     """`solve` made unable to raise: what the engine throws becomes a refusal, what it warns joins its words."""
 
     def solve_or_refuse(H: Array, g: Array, A: Array, b: Array) -> Answer:
@@ -133,7 +133,7 @@ def solver(solve: Solve) -> Solve:
 
 _WORDS = (  # the first that occurs decides; capitals, blanks and _ - are levelled before
     (r"infeasible or unbounded|unbounded or infeasible|infeasibleorunbounded|unboundedorinfeasible", Status.FAILED),
-    (r"non ?convex|non ?cvx|positive ?(semi ?)?definite|\bdcp\b|inertia|\bosqpexception: 4\b|solvererror: 4$",
+    (r"non ?convex|non ?cvx|indefinite|positive ?(semi ?)?definite|\bdcp\b|inertia|\bosqpexception: 4\b|solvererror: 4$",
      Status.NONCONVEX),
     (r"rank ?\(a\) ?< ?p|rank ?deficient|singular matrix c|linearly dependent|overdetermined", Status.RANK_DEFICIENT),
     (r"dual ?infeasible|unbounded|diverging", Status.UNBOUNDED),

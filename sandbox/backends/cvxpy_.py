@@ -29,8 +29,8 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, attributes, plain, solver, version
-from sandbox.backends.qpsolvers_ import CVXOPT_DEFAULTS, ECOS_DEFAULTS, SCS_DEFAULTS
+from sandbox.backends.backend import Answer, Array, Engine, attributes, guarded, plain, status_of, version
+from sandbox.backends.qpsolvers_ import CVXOPT_DEFAULTS, DAQP, ECOS_DEFAULTS, SCS_DEFAULTS
 from sandbox.backends.qpsolvers_ import asked as asked_of_engine
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
@@ -46,7 +46,7 @@ STATUS = {
     "unbounded_inaccurate": Status.UNBOUNDED,
     "user_limit": Status.LIMIT,
 }
-"""cvxpy's statuses; the rest (solver_error, infeasible_or_unbounded) give no reason."""
+"""cvxpy's statuses; for the rest (solver_error, infeasible_or_unbounded) the engine's own words decide."""
 
 DISTRIBUTION = {"HIGHS": "highspy", "PROXQP": "proxsuite"}
 """Where the engine's distribution is not its name in lower case."""
@@ -73,7 +73,7 @@ def open_engine(engine: str, settings: str) -> Engine:
         problem = cvxpy.Problem(cvxpy.Minimize(0.5 * cvxpy.quad_form(x, H, assume_PSD=assume) + g @ x), rows)
         return x, rows, problem, *problem.get_problem_data(name, solver_opts=dict(options))
 
-    @solver
+    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         x, rows, problem, data, chain, inverse = compiled(H, g, A, b)
@@ -81,14 +81,15 @@ def open_engine(engine: str, settings: str) -> Engine:
         raw = chain.solve_via_data(problem, data, warm_start=False, verbose=False, solver_opts=dict(options))
         done = perf_counter()
         solution = chain.invert(raw, inverse)
-        status = STATUS.get(solution.status, Status.FAILED)
+        said = _said(name, solution, raw)
+        status = STATUS.get(solution.status) or status_of(said)
         found = solution.primal_vars.get(x.id)
         y = solution.dual_vars.get(rows[0].id) if rows else np.empty(0)
         iterations = solution.attr.get("num_iters")
         return Answer(
             None if found is None else np.asarray(found, dtype=float).ravel(),
             None if y is None or found is None else np.asarray(y, dtype=float).ravel(),
-            status, _said(name, solution, raw), None if iterations is None else int(iterations), built - start, done - built,
+            status, said, None if iterations is None else int(iterations), built - start, done - built,
         )  # fmt: skip
 
     with warnings.catch_warnings():
@@ -116,7 +117,7 @@ def _said(name: str, solution: Any, raw: Any) -> str:
     elif name == "HIGHS":
         own = raw["model_status"]
     elif name == "DAQP":
-        own = f"exit flag {raw[2]}"
+        own = f"exit flag {raw[2]}: {DAQP.get(raw[2], (None, 'unknown'))[1]}"
     return solution.status if own is None else f"{solution.status}: {own}"
 
 

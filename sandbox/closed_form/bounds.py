@@ -15,7 +15,7 @@ from sandbox.tolerances import FORWARD, UNIT
 
 Array = np.ndarray
 
-SIX = "50 n u (|[J; N'W]^-1 D|_2 + cond(J) |V'W| / lambda_min(N'WN)), D the row lengths of J and of |N|'|W|, rows of J equal"
+SIX = "50 n u (|[J; N'W]^-1 D|_2 + cond(J) |V'W| / lambda_min(N'WN)), D the row lengths of J and of |N|'|W|; cond(J) of equal rows"
 BORDERED = "50 (n + m) u cond2 of [t W, J'; J, 0], rows of J scaled to one and |t W| = sigma_min(J)"
 SINGULAR_VALUES = "50 n u cond(J L^-T) cond(L)^2, W = L L'"
 NORMAL = "50 n u (cond(J L^-T)^2 + cond(J L^-T) cond(L)^2), W = L L'"
@@ -33,20 +33,24 @@ def framework(problem: VelocityProblem, top: Array, top_size: Array, V: Array, N
 
     D holds what each row is a sum of, so cancellation in N'W counts: `top_size` (B, r), and the lengths of |N|'|W|.
     `turn` (B,) u is the error of N, which moves N'(W x + a) by that share of V'W x, V (B, n, r) a basis of range J'.
+    cond2 of the row-equilibrated [J; N'W] alone sees neither, and is exceeded a millionfold by W + 1e8 J'J.
     """
     NtW = problem.W.left(N)
     terms = np.abs(transpose(N)) @ np.abs(problem.W.base)
+    across = norm(problem.W.left(V)) / eigenvalues(symmetric(NtW @ N))[:, 0] if N.shape[-1] else np.zeros(len(problem))
     E, gamma = problem.W.E, problem.W.gamma
     if E is not None and gamma is not None:
-        # without a base an error in N'E' only mixes rows of E among each other
-        based = problem.W.base.any(axis=(-1, -2))[:, None, None]
-        inner = np.where(based, np.abs(transpose(N)) @ np.abs(transpose(E)), np.abs(transpose(N) @ transpose(E)))
+        EN = E @ N
+        inner = np.abs(transpose(N)) @ np.abs(transpose(E))
+        if E.shape[-2] == N.shape[-1] > 0:
+            # W = E' Gamma E with as many rows as null J has columns: an error of N'E' only mixes equations E qdot = gbar
+            alone = ~problem.W.base.any(axis=(-1, -2))
+            inner = np.where(alone[:, None, None], np.abs(transpose(EN)), inner)
+            across = np.where(alone, norm(E) / svd(EN)[1][:, -1], across)
         terms = terms + inner @ np.abs(gamma) @ np.abs(E)
     D = np.concatenate([top_size, np.linalg.norm(terms, axis=2)], axis=1)
     sigma = svd(np.concatenate([top, NtW], axis=1) / D[:, :, None])[1]
-    kappa = 1 / sigma[:, -1]
-    if N.shape[-1]:
-        kappa = kappa + turn * norm(problem.W.left(V)) / eigenvalues(symmetric(NtW @ N))[:, 0]
+    kappa = 1 / sigma[:, -1] + np.where(across > 0, turn * across, 0.0)
     return np.where(np.isfinite(kappa), kappa, np.inf)
 
 
@@ -59,7 +63,7 @@ def six(problem: VelocityProblem) -> Array:
     J = problem.J / geometry.scale[:, :, None]
     V, turn = geometry.V[:, :, : problem.m], geometry.sigma[:, 0] / geometry.sigma[:, -1]
     bound = FORWARD * problem.n * UNIT * framework(problem, J, np.linalg.norm(J, axis=2), V, geometry.N, turn)
-    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)
+    return np.where(geometry.sound, bound, np.inf)
 
 
 def bordered_matrix(geometry: Geometry) -> tuple[Array, Array]:
@@ -79,7 +83,7 @@ def bordered(problem: VelocityProblem) -> Array:
     """The bound of the bordered system (B,)."""
     geometry = Geometry.of(problem)
     bound = FORWARD * (problem.n + problem.m) * UNIT * condition(bordered_matrix(geometry)[0])
-    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)
+    return np.where(geometry.sound, bound, np.inf)
 
 
 @np.errstate(all="ignore")
@@ -131,4 +135,4 @@ def finsler_bound(problem: VelocityProblem) -> Array:
     geometry = Geometry.of(problem)
     Jh, L2 = _conditions(shifted_weight(geometry)[0], geometry)
     bound = FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2)
-    return np.where(geometry.full_row_rank & ~geometry.singular, bound, np.inf)
+    return np.where(geometry.sound, bound, np.inf)

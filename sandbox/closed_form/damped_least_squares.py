@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from sandbox.closed_form.bounds import SIX, six
 
+from sandbox.closed_form.bounds import SIX, six
 from sandbox.closed_form.eq6 import eq6
 from sandbox.closed_form.form import ClosedForm
 from sandbox.problem import VelocityProblem

@@ -6,7 +6,7 @@ import numpy as np
 
 from sandbox.closed_form.bounds import SIX, framework
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger, numbers
-from sandbox.closed_form.geometry import Geometry, gradient, norm, weight_size
+from sandbox.closed_form.geometry import Geometry, gradient, norm, null_rounding, weight_size
 from sandbox.closed_form.linear import eigenvalues, equilibrated, solve, symmetric, times, transpose
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
@@ -18,7 +18,8 @@ Array = np.ndarray
 
 @np.errstate(all="ignore")
 def eq13(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> Solution:
-    """Solve [R'J'Wx J; N'W] qdot = [R'J'Wx xdot; -N'a], R = V_r Sigma_r^-1, N the whole null space.
+    """Solve [R'J'Wx J; N'W] qdot = [R'J'Wx xdot; -N'a], R = V_r T^-1 (J = Q T V_r', Q orthonormal), N the whole
+    null space.
 
     Rows of J are scaled to one first (Wx, xdot and y with them). A singular value counts as zero up to `rank_tolerance`
     (default 16 max(m, n) u) times the largest; what remains must stand 1000 times above what was dropped.
@@ -59,34 +60,53 @@ def declared_rank(geometry: Geometry, rank_tolerance: float | None) -> tuple[Arr
 
 
 class Bucket:
-    """Members of one rank r: eq. (13) in rows scaled to one."""
+    """Members of one rank r: eq. (13) in rows scaled to one.
+
+    J = diag(scale) U_r Sigma V_r' = Q T V_r', Q (b, m, r) an orthonormal basis of range J in the rows as given, so
+    R = V_r T^-1 and (JR)'Wx(JR) = P = Q'Wx Q is as well conditioned as Wx. At full row rank Wx has no effect once it is
+    positive definite, and the rows are those of J (methods 6.2).
+    """
 
     def __init__(self, geometry: Geometry, r: int) -> None:
         problem = geometry.problem
-        self.problem, self.r, self.scale = problem, r, geometry.scale
-        self.N, self.Vr = geometry.V[:, :, r:], geometry.V[:, :, :r]
-        self.sigma = geometry.sigma[:, :r]
-        scaled = geometry.U[:, :, :r] * self.scale[:, :, None]  # range J in the given rows
-        self.WxU = task_weight(problem) @ scaled
-        self.P = symmetric(transpose(scaled) @ self.WxU)  # (JR)'Wx(JR)
-        self.P_size = norm(np.abs(transpose(scaled)) @ np.abs(task_weight(problem)) @ np.abs(scaled))
-        self.NtW = problem.W.left(self.N)
-        self.S = symmetric(self.NtW @ self.N)
+        self.problem, self.geometry, self.r, self.scale = problem, geometry, r, geometry.scale
+        self.N, self.Vr, self.sigma = geometry.V[:, :, r:], geometry.V[:, :, :r], geometry.sigma[:, :r]
+        Q, T = np.linalg.qr(geometry.U[:, :, :r] * self.scale[:, :, None])
+        self.WxQ = task_weight(problem) @ Q
+        self.P = symmetric(transpose(Q) @ self.WxQ)
+        self.P_size = norm(task_weight(problem))
+        self.T = T * self.sigma[:, None, :]
+        self.S = symmetric(problem.W.left(self.N) @ self.N)
 
     @property
-    def matrix(self) -> Array:
-        """[R'J'Wx J; N'W]."""
-        return np.concatenate([self.P @ (self.sigma[:, :, None] * transpose(self.Vr)), self.NtW], axis=1)
+    def top(self) -> Array:
+        """R'J'Wx J, or J itself, rows scaled to one, at full row rank."""
+        if self.r == self.problem.m:
+            return self.problem.J / self.scale[:, :, None]
+        return self.P @ self.T @ transpose(self.Vr)
+
+    @property
+    def top_size(self) -> Array:
+        """What each row of `top` is a sum of (b, r)."""
+        if self.r == self.problem.m:
+            return np.linalg.norm(self.top, axis=2)
+        return np.broadcast_to((self.P_size * norm(self.T))[:, None], self.sigma.shape)
 
     def solve(self) -> tuple[Array, Array]:
-        """(x, y); W x + a + J'y = 0 on range J', y = Wx U_r c."""
-        right = [times(transpose(self.WxU), self.problem.xdot), -times(transpose(self.N), self.problem.a)]
-        A, b = equilibrated(self.matrix, np.concatenate(right, axis=1))
+        """(x, y); W x + a + J'y = 0 on range J', y = Wx Q c."""
+        problem, r = self.problem, self.r
+        full = r == problem.m
+        target = problem.xdot / self.scale if full else times(transpose(self.WxQ), problem.xdot)
+        right = np.concatenate([target, -times(transpose(self.N), problem.a)], axis=1)
+        A, b = equilibrated(np.concatenate([self.top, problem.W.left(self.N)], axis=1), right)
         x = solve(A, b[:, :, None])[:, :, 0]
-        if not self.r:
-            return x, np.zeros((len(x), self.problem.m))
-        inner = (transpose(self.Vr) @ gradient(self.problem, x)[:, :, None]) / self.sigma[:, :, None]
-        return x, -(self.WxU @ solve(self.P, inner))[:, :, 0]
+        if not r:
+            return x, np.zeros((len(x), problem.m))
+        g = gradient(problem, x)
+        if full:
+            return x, -self.geometry.range_solve(g)
+        inner = solve(transpose(self.T), transpose(self.Vr) @ g[:, :, None])
+        return x, -(self.WxQ @ solve(self.P, inner))[:, :, 0]
 
 
 def decide(ledger: Ledger, members: Array, bucket: Bucket) -> None:
@@ -108,6 +128,10 @@ def decide(ledger: Ledger, members: Array, bucket: Bucket) -> None:
         ledger.evidence["lambda_min_reduced"][members] = curvature[:, 0]
         ledger.evidence["lambda_max_reduced"][members] = curvature[:, -1]
         ledger.threshold[members] = threshold
+        rounding = null_rounding(problem, bucket.Vr, bucket.N, bucket.sigma)
+        size = np.abs(curvature[:, 0])
+        everyone[1, members] = (size > threshold) & (size <= threshold + rounding)
+        ledger.refuse(everyone[1], Status.ILL_CONDITIONED, ledger.unsure_words)
         everyone[1, members] = ~(curvature[:, 0] > threshold)
         ledger.refuse(everyone[1], Status.CONDITION_SEVEN, ledger.curvature_words)
 
@@ -129,11 +153,11 @@ def bound(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> A
         part, sigma = bucket.problem, bucket.sigma
         x = bucket.solve()[0]
         turn = sigma[:, 0] / sigma[:, -1] if r else np.zeros(len(members))
-        top_size = np.broadcast_to((bucket.P_size * sigma[:, 0])[:, None], sigma.shape) if r else sigma
-        kappa = framework(part, bucket.matrix[:, :r], top_size, bucket.Vr, bucket.N, turn)
-        if r:
-            residual = np.linalg.norm((part.xdot - times(part.J, x)) / bucket.scale, axis=1)
-            gain = bucket.P_size / eigenvalues(bucket.P)[:, 0] * turn / sigma[:, -1]
+        kappa = framework(part, bucket.top, bucket.top_size, bucket.Vr, bucket.N, turn)
+        if 0 < r < problem.m:
+            residual = np.linalg.norm(part.xdot - times(part.J, x), axis=1)
+            inverse = solve(bucket.T, np.broadcast_to(np.eye(r), bucket.T.shape))
+            gain = bucket.P_size / eigenvalues(bucket.P)[:, 0] * turn * norm(inverse)
             kappa = kappa + gain * residual / np.linalg.norm(x, axis=1)
         out[members] = FORWARD * problem.n * UNIT * kappa
     return np.where(ledger.open, out, np.inf)
@@ -141,6 +165,7 @@ def bound(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> A
 
 EQ13 = ClosedForm(
     name="eq13", task="least_squares", domain=CONDITION_SEVEN_HOLDS + ", Wx > 0 on range J", function=eq13, bound=bound,
-    bound_text=SIX.replace("[J; N'W]", "[R'J'Wx J; N'W]") + "; plus, off range J, 50 n u cond(J) cond(P) |xdot - J qdot| / (sigma_r |qdot|)",
+    bound_text=SIX.replace("[J; N'W]", "[R'J'Wx J; N'W]")
+    + "; below full row rank also 50 n u cond(J) cond(P) |xdot - J qdot| / (sigma_r |qdot|), P = (JR)'Wx(JR)",
     about="least-squares sense at any rank of J", source="English & Maciejewski, eq. (13); methods 6",
 )  # fmt: skip

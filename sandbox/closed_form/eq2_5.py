@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from sandbox.closed_form.bounds import NORMAL, normal
 
+from sandbox.closed_form.bounds import NORMAL, normal
 from sandbox.closed_form.compiled import compiled
 from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
 from sandbox.closed_form.kernels import RANK, WEIGHT

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from sandbox.closed_form.bounds import NORMAL, finsler_bound, shifted_weight
 
+from sandbox.closed_form.bounds import NORMAL, finsler_bound, shifted_weight
 from sandbox.closed_form.eq2_5 import normal_equations, refuse_normal
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry

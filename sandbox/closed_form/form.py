@@ -36,6 +36,7 @@ class ClosedForm:
     source: str
 
     def __call__(self, problem: VelocityProblem, **options: object) -> Solution:
+        """The answers to a stack with one leading axis."""
         return self.function(problem, **options)
 
 
@@ -111,8 +112,8 @@ class Ledger:
         """Why nobody can say whether condition (7) holds for member i."""
         low, sigma = self.evidence["lambda_min_reduced"][i], self.evidence["singular_values"][i]
         return (
-            f"condition (7) holds by less than its rounding error: the smallest eigenvalue of N'WN is {low:.6g} and the "
-            f"null space of J is only known to its condition; singular values {numbers(sigma)}"
+            f"condition (7) is within rounding error: the smallest eigenvalue of N'WN is {low:.6g}, and the null space of J "
+            f"is only known to the condition of J; its singular values are {numbers(sigma)}"
         )
 
     def solution(self, x: Array, y: Array) -> Solution:

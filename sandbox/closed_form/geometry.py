@@ -31,6 +31,15 @@ def weight_size(problem: VelocityProblem, N: Array) -> Array:
     return total
 
 
+def null_rounding(problem: VelocityProblem, V: Array, N: Array, sigma: Array) -> Array:
+    """What the error of N adds to N'WN (B,): N turns by u sigma_1/sigma_r towards range J' (basis V), where N'W meets it."""
+    if not (V.shape[-1] and N.shape[-1]):
+        return np.zeros(len(problem))
+    across = norm(problem.W.left(N) @ V)
+    turn = problem.n * UNIT * sigma[:, 0] / sigma[:, -1]
+    return 2 * np.where(across > 0, across * turn, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Of a stack of B problems; J = diag(scale) Jeq, with rows of Jeq at most 1, and Jeq = U Sigma V'.
@@ -63,14 +72,10 @@ class Geometry:
             Jeq = problem.J / scale[:, :, None]
             U, sigma, V = svd(Jeq)
             N = V[:, :, m:]
-            NtW = problem.W.left(N)
-            curvature = eigenvalues(symmetric(NtW @ N))
+            curvature = eigenvalues(symmetric(problem.W.left(N) @ N))
             size = weight_size(problem, N)
             threshold = CONDITION_SEVEN * max(n - m, 0) * n * 2 * UNIT * size
-            # N turns by u |J| / sigma_m towards range J', and N'WN by twice that times N'W there
-            across = np.linalg.norm(NtW @ V[:, :, :m], axis=(-1, -2)) if n > m else np.zeros(len(problem))
-            turn = n * UNIT * sigma[:, 0] / sigma[:, -1]
-            rounding = 2 * np.where(across > 0, across * turn, 0.0)
+            rounding = null_rounding(problem, V[:, :, :m], N, sigma)
             singular_values = svd(problem.J)[1]
         return cls(problem, scale, U, sigma, V, singular_values, N, curvature, size, threshold, rounding)
 
@@ -94,14 +99,21 @@ class Geometry:
         return self.curvature[:, 0] if self.curvature.shape[-1] else np.full(len(self.problem), np.inf)
 
     @property
-    def singular(self) -> Array:
-        """Where condition (7) fails, or holds by no more than rounding (B,)."""
-        return ~(self.smallest > self.threshold)
+    def unsure(self) -> Array:
+        """Where the error of N is what leaves condition (7) open (B,)."""
+        size = np.abs(self.smallest)
+        within: Array = (size > self.threshold) & (size <= self.threshold + self.rounding)
+        return within
 
     @property
-    def unsure(self) -> Array:
-        """Where condition (7) seems to hold, but by less than the error of N leaves open (B,)."""
-        return ~self.singular & ~(self.smallest > self.threshold + self.rounding)
+    def singular(self) -> Array:
+        """Where condition (7) fails, or holds by no more than rounding of N'WN (B,)."""
+        return ~(self.smallest > self.threshold) & ~self.unsure
+
+    @property
+    def sound(self) -> Array:
+        """Where J has full row rank and condition (7) holds, both beyond rounding (B,)."""
+        return self.full_row_rank & ~self.singular & ~self.unsure
 
     @property
     def evidence(self) -> dict[str, Array]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from sandbox.closed_form.bounds import SIX, six
 
+from sandbox.closed_form.bounds import SIX, six
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry, gradient
 from sandbox.closed_form.linear import solve, symmetric, times, transpose

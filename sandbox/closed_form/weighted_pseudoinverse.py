@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from sandbox.closed_form.bounds import SINGULAR_VALUES, singular_values
 
+from sandbox.closed_form.bounds import SINGULAR_VALUES, singular_values
 from sandbox.closed_form.eq2_5 import refuse_normal
 from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
 from sandbox.closed_form.linear import cholesky, power_of_two, solve, svd, times, transpose
@@ -38,5 +38,6 @@ def weighted_pseudoinverse(problem: VelocityProblem) -> Solution:
 
 WEIGHTED_PSEUDOINVERSE = ClosedForm(
     name="weighted_pseudoinverse", task="exact", domain=POSITIVE_WEIGHT, function=weighted_pseudoinverse, bound=singular_values,
-    bound_text=SINGULAR_VALUES, about="L^-T (J L^-T)^+ by singular values, W = L L': squares nothing", source="methods 3.P (P6)",
+    bound_text=SINGULAR_VALUES, about="L^-T (J L^-T)^+ by singular values, W = L L': squares nothing",
+    source="methods 3.P (P6)",
 )  # fmt: skip

@@ -1,0 +1,140 @@
+"""The kernels run as they stand, on any kind of number: exact rationals, or numbers that count operations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from sandbox.closed_form import kernels
+
+Array = np.ndarray
+
+
+def eq6_on(
+    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1, E: Any = None, gamma: Any = None
+) -> tuple[int, Array, Array, Array]:
+    """(code, x, y, pivots) of eq. (6) on one problem, every entry made by `number`; W None is the identity.
+
+    With Fraction the answer is exact, for eq. (6) takes no square root. The codes are those of kernels.py.
+    """
+    J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)
+    m, n = J.shape
+    weighted = W is not None
+    W = _of(number, W if weighted else np.zeros((0, 0)))
+    E, gamma = _of(number, np.zeros((0, n)) if E is None else E), _of(number, np.zeros((0, 0)) if E is None else gamma)
+    A, b, x, y = _zeros(number, n, n), _zeros(number, n), _zeros(number, n), _zeros(number, m)
+    N, t, p = _of(number, np.eye(n, n - m, -m)), _zeros(number, 2, len(E)), np.zeros(n, dtype=int)
+    code = kernels.eq6(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, x)
+    if code == kernels.SOLVED:
+        kernels.multipliers(W, E, gamma, gradf, alpha, weighted, A, p, t, x, y)
+    return code, x, y, np.diagonal(A).copy()
+
+
+def eq2_5_on(
+    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1
+) -> tuple[int, Array, Array]:
+    """(code, x, y) of eqs. (2)-(5) on one problem; W None is the identity."""
+    J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)
+    m, n = J.shape
+    weighted = W is not None
+    W = _of(number, W if weighted else np.zeros((0, 0)))
+    x, y = _zeros(number, n), _zeros(number, m)
+    work = _zeros(number, n, n), _zeros(number, m, n), _zeros(number, n), _zeros(number, m, m)
+    code = kernels.eq2_5(J, xdot, W, gradf, alpha, weighted, *work, x, y)
+    return code, x, np.array([-entry for entry in y], dtype=object)
+
+
+def _of(number: Callable[[Any], Any], values: Any) -> Array:
+    """An object array of the same entries, each its own number."""
+    values = np.asarray(values)
+    out = np.empty(values.shape, dtype=object)
+    for index in np.ndindex(values.shape):
+        entry = values[index]
+        out[index] = number(entry.item() if isinstance(entry, np.generic) else entry)
+    return out
+
+
+def _zeros(number: Callable[[Any], Any], *shape: int) -> Array:
+    return _of(number, np.zeros(shape, dtype=int))
+
+
+@dataclass
+class Operations:
+    """Floating-point operations as Table I counts them: multiplications with divisions, additions with subtractions."""
+
+    multiplications: int = 0
+    additions: int = 0
+
+
+class Counted:
+    """A float that counts what is done with it; comparisons, negations and square roots are free (methods 8.11)."""
+
+    def __init__(self, value: float, operations: Operations) -> None:
+        self.value, self.operations = float(value), operations
+
+    def _product(self, value: float) -> Counted:
+        self.operations.multiplications += 1
+        return Counted(value, self.operations)
+
+    def _sum(self, value: float) -> Counted:
+        self.operations.additions += 1
+        return Counted(value, self.operations)
+
+    def __mul__(self, other: Counted) -> Counted:
+        return self._product(self.value * other.value)
+
+    def __truediv__(self, other: Counted) -> Counted:
+        return self._product(self.value / other.value)
+
+    def __add__(self, other: Counted) -> Counted:
+        return self._sum(self.value + other.value)
+
+    def __sub__(self, other: Counted) -> Counted:
+        return self._sum(self.value - other.value)
+
+    def __neg__(self) -> Counted:
+        return Counted(-self.value, self.operations)
+
+    def __abs__(self) -> Counted:
+        return Counted(abs(self.value), self.operations)
+
+    def __pow__(self, power: float) -> Counted:
+        return Counted(self.value**power, self.operations)
+
+    def __gt__(self, other: Any) -> bool:
+        return self.value > (other.value if isinstance(other, Counted) else other)
+
+
+def operations(method: str, n: int, m: int, *, weighted: bool) -> Operations:
+    """Operations that eq2_5 or eq6 takes on n joints and m task rows, counted by running it (Tables I and II).
+
+    Multipliers are not part of the paper's count. Raises KeyError for another method.
+    """
+    # any generic problem takes the same path: a Vandermonde J has full rank, W is diagonally dominant
+    J = np.vander(np.arange(1.0, n + 1) / n, m, increasing=True).T
+    W = np.eye(n) * n + 1 / (1 + np.arange(n)[:, None] + np.arange(n)) if weighted else None
+    total = Operations()
+    counted = {"eq2_5": eq2_5_on, "eq6": _eq6_alone}[method]
+    counted(lambda value: Counted(value, total), J, np.ones(m), W, np.ones(n), 0.5)
+    return total
+
+
+def _eq6_alone(number: Callable[[Any], Any], J: Array, xdot: Array, W: Any, gradf: Array, alpha: float) -> None:
+    """Eq. (6) without the multipliers that the paper does not compute."""
+    m, n = J.shape
+    work = _zeros(number, n, n), _of(number, np.eye(n, n - m, -m)), np.zeros(n, dtype=int), _zeros(number, n)
+    none = _of(number, np.zeros((0, n))), _of(number, np.zeros((0, 0)))
+    kernels.eq6(
+        _of(number, J), _of(number, xdot), _of(number, np.zeros((0, 0)) if W is None else W), *none, _of(number, gradf),
+        number(alpha), W is not None, *work, _zeros(number, 2, 0), _zeros(number, n),
+    )  # fmt: skip
+
+
+def eq6_exact(problem: Any) -> tuple[int, Array, Array, Array]:
+    """`eq6_on` Fractions for one VelocityProblem: every float is a rational, so nothing is rounded."""
+    W = problem.W
+    return eq6_on(Fraction, problem.J, problem.xdot, W.base, problem.a, 1, W.E, W.gamma)
