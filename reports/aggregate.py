@@ -90,6 +90,18 @@ def backend_order(run: RunData) -> list[str]:
     return [name for name in known if name in set(seen)] + [name for name in seen if name not in set(known)]
 
 
+def ran(run: RunData) -> set[str]:
+    """Backends that answered at least one problem."""
+    return {row["backend"] for row in run.rows("select distinct backend from records where verdict <> 'not_run'")}
+
+
+def sampled(run: RunData) -> set[str]:
+    """Backends that saw only a sample of the problems."""
+    if run.about.get("sample_every") == 1:
+        return set()
+    return {row["name"] for row in run.about.get("backends", []) if row.get("sampled")}
+
+
 def matrices(run: RunData) -> list[Row]:
     """Verdict counts by task, expected class, backend and formulation; what is `apart` is counted apart."""
     found = run.rows(
@@ -107,7 +119,7 @@ def matrices(run: RunData) -> list[Row]:
         cell["posing"] += row["posing"]
         cell["beyond"] += row["apart"] - row["posing"]
     order = backend_order(run)
-    sampled = {row["name"] for row in run.about.get("backends", []) if row.get("sampled")}
+    few = sampled(run)
     problems = {
         (row["task"], row["expected"]): row["n"]
         for row in run.rows("select task, expected, count(distinct problem) as n from records group by all")
@@ -122,7 +134,7 @@ def matrices(run: RunData) -> list[Row]:
                 own = [cells.get((task, expected, backend, f)) for f in formulations]
                 closed = cells.get((task, expected, backend, None))
                 if closed or any(own):
-                    rows.append({"backend": backend, "closed": closed, "cells": own, "sampled": backend in sampled})
+                    rows.append({"backend": backend, "closed": closed, "cells": own, "sampled": backend in few})
             classes.append({"name": expected, "problems": problems[task, expected], "rows": rows})
         out.append({"task": task, "formulations": formulations, "classes": classes})
     return out
@@ -220,6 +232,18 @@ def depths(rows: list[Row], formulation: str | None = "direct") -> dict[str, int
     return out
 
 
+def holds_on_convex(run: RunData) -> set[str]:
+    """Backends that hold on well-conditioned problems with W > 0, posed directly."""
+    condition = next(sql for name, _, _, sql in CLASSES if name == "convex")
+    return {
+        row["backend"]
+        for row in run.rows(
+            f"""select backend from records where judged and not apart and not closed and {COUNTED} and {condition}
+            and formulation = 'direct' group by 1 having count(*) filter (verdict = 'verified') >= {HOLDS} * count(*)"""
+        )
+    }
+
+
 def repairs(run: RunData) -> list[Row]:
     """Backend and formulation (REPAIRS): verified of all on valid indefinite problems."""
     condition = next(sql for name, _, _, sql in CLASSES if name == "indefinite")
@@ -286,7 +310,7 @@ def recommendations(run: RunData) -> list[Row]:
     then the median time to build and solve.
     """
     licences = {row["name"]: row.get("licence") for row in run.about.get("backends", [])}
-    sampled = {row["name"] for row in run.about.get("backends", []) if row.get("sampled")}
+    few = sampled(run)
     out = []
     for name, words, definition, condition in CLASSES:
         rows = run.rows(
@@ -302,7 +326,7 @@ def recommendations(run: RunData) -> list[Row]:
         for row in rows:
             row["ratio"] = row["time"] / fastest if row["time"] and fastest else None
             row["licence"] = "Apache-2.0 (this project)" if row["closed"] else licences.get(row["backend"])
-            row["sampled"] = row["backend"] in sampled
+            row["sampled"] = row["backend"] in few
         rows.sort(
             key=lambda r: (
                 r["false_success"] > 0, -int(100 * lower_end(r["verified"], r["n"])), r["time"] or float("inf"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,31 +33,36 @@ class RunData:
         self.folder = Path(folder)
         self.about: dict[str, Any] = read_run(self.folder)
         self.connection = duckdb.connect(":memory:", config={"threads": 2})
-        self._load("problems", "select * from arrow")
-        self._load("truth", "select * from arrow")
         records = read_table(self.folder, "records")
         present = set(records["settings"].unify_dictionaries().cast("string").unique().to_pylist())
         self.settings: str = next((name for name in _JUDGED_AT if name in present), "high_accuracy")
         """The settings level at which backends are compared by verdict."""
-        finite = ", ".join(
-            f'case when isfinite("{field.name}") then "{field.name}" end as "{field.name}"'
-            for field in records.schema
-            if str(field.type) == "double"
-        )
+        self._load("problems", read_table(self.folder, "problems"))
+        self._load("truth", read_table(self.folder, "truth"))
         self._load(
             "records",
-            f"""select * replace (lower(status) as status, {finite}), (row_number() over ())::int as id,
-            (settings is null or settings = '{self.settings}') as judged, starts_with(backend, '{CLOSED}') as closed,
+            records,
+            ["lower(status) as status"],
+            f"""(row_number() over ())::int as id, starts_with(backend, '{CLOSED}') as closed,
+            (settings is null or settings = '{self.settings}') as judged,
             coalesce(blame = 'formulation', false)
               or (verdict in ('limit', 'right_refusal', 'wrong_refusal', 'out_of_scope') and not coalesce(attainable, true))
-              as apart
-            from arrow""",
-            records,
+              as apart""",
         )
 
-    def _load(self, kind: str, query: str, table: Any = None) -> None:
-        self.connection.register("arrow", read_table(self.folder, kind) if table is None else table)
-        self.connection.execute(f"create table {kind} as {query}")
+    def _load(self, kind: str, content: Any, replaced: Sequence[str] = (), more: str = "") -> None:
+        """Table `kind` with non-finite numbers as null, columns `replaced`, and `more` columns."""
+        finite = [
+            f'case when isfinite("{field.name}") then "{field.name}" end as "{field.name}"'
+            if str(field.type) == "double"
+            else f'[case when isfinite(x) then x end for x in "{field.name}"] as "{field.name}"'
+            for field in content.schema
+            if str(field.type) == "double" or str(field.type).startswith("list<") and "double" in str(field.type)
+        ]
+        self.connection.register("arrow", content)
+        self.connection.execute(
+            f"create table {kind} as select * replace ({', '.join([*finite, *replaced])}){', ' if more else ''}{more} from arrow"
+        )
         self.connection.unregister("arrow")
 
     def table(self, query: str, parameters: list[Any] | None = None) -> Any:

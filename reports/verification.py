@@ -11,10 +11,19 @@ from reports import aggregate, cases, page
 from reports.findings import findings
 from reports.run_data import CLOSED, RunData
 from reports.words import EXPECTED, FORMULATIONS, PRECEDENCE, TASKS, VERDICTS
+from sandbox import tolerances
 from sandbox.solution import STATUSES
 
 LARGEST = 2_950_000
 """Bytes of a page: it is to be sent by mail. Fewer cases are embedded where they would not fit."""
+
+
+_UNKNOWN = {
+    "command": "–", "started": None, "finished": None, "complete": False, "time_limit": None, "timing": {}, "packages": {},
+    "sets": [], "backends": [], "closed_forms": [], "settings": [], "probe": None, "cpu": "–", "cores": "–", "jobs": "–",
+    "platform": "–", "python": "–", "sandbox_version": "",
+}  # fmt: skip
+"""What a page says where run.json is silent."""
 
 
 def write_report(run: Path, out: Path | None = None) -> Path:
@@ -52,8 +61,12 @@ def _tables(data: RunData) -> dict[str, Any]:
     over_lambda, over_sigma = aggregate.breakdown(data, "lambda_min_W"), aggregate.breakdown(data, "sigma_min_J")
     closed = aggregate.closed_forms(data)
     names, pairs = aggregate.closed_form_pairs(data)
+    ran = aggregate.ran(data)
+    every = data.about.get("sample_every") or 10
     return {
-        "about": data.about, "folder": shlex.quote(str(data.folder)), "settings": data.settings,
+        "about": _UNKNOWN | data.about, "ran": [row for row in data.about.get("backends", []) if row["name"] in ran],
+        "absent": [row for row in data.about.get("backends", []) if row["name"] not in ran],
+        "sampled": aggregate.sampled(data), "every": every, "tolerances": tolerances, "folder": shlex.quote(str(data.folder)), "settings": data.settings,
         "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed),
         "not_run": aggregate.not_run(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
         "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),
@@ -90,7 +103,7 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
         "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
         "expected": {name: words for name, (words, _) in EXPECTED.items()},
         "statuses": {status.name.lower(): status.sentence for status in STATUSES},
-        "folder": context["folder"], "closed": CLOSED,
+        "folder": context["folder"], "closed": CLOSED, "records": context["counts"]["records"],
     }  # fmt: skip
     return {
         "chosen": chosen,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from sandbox import verdict
+
 VERDICTS: dict[str, tuple[str, str, str]] = {
     "verified": ("verified", "good", "said solved, a minimum exists, and the error is within the tolerance"),
     "right_refusal": ("right refusal", "good", "refused, and there was nothing to solve"),
@@ -17,26 +19,12 @@ VERDICTS: dict[str, tuple[str, str, str]] = {
 }
 """Verdict -> (words, kind, sentence); in the order in which bars and lists show them."""
 
-PRECEDENCE: tuple[tuple[str, str], ...] = (
-    ("not_run, crashed, timed_out", "with the reason"),
-    ("false_success", "said solved, answer not finite"),
-    (
-        "undecidable",
-        "margin < 1e3 (n+m) u for closed forms, < 10 eps for solvers, u = 2⁻⁵³: either answer is allowed, counted apart",
-    ),
-    (
-        "false_success",
-        "said solved and: no minimum exists or the rows are infeasible; or error > 1000 T and > 1e-3 relative; "
-        "or the optimality conditions are missed by more than 2 eps with error > 1e-2 relative",
-    ),
-    ("verified", "said solved, a minimum exists (unique or not): error ≤ T and ≤ 1e-3 relative (2e-2 at default and low_accuracy)"),
-    ("inaccurate", "said solved, otherwise"),
-    ("limit", "ran out of iterations; the error of the last iterate is recorded"),
-    ("right_refusal", "refused, nothing to solve"),
-    ("out_of_scope", "refused a solvable problem that its documentation does not promise to solve"),
-    ("wrong_refusal", "refused a solvable problem that its documentation promises to solve"),
+PRECEDENCE: tuple[tuple[str, str], ...] = tuple(
+    (row[0], row[1])
+    for row in ([cell.strip() for cell in line.strip("|").split("|")] for line in (verdict.__doc__ or "").splitlines() if "|" in line)
+    if row[0] not in ("verdict", "---")
 )
-"""The verdict table: the first row that applies decides."""
+"""The verdict table as the code that applies it states it: the first row that applies decides."""
 
 EXPECTED: dict[str, tuple[str, str]] = {
     "unique_minimum": ("unique minimum", "exactly one minimiser exists: it is to be found"),

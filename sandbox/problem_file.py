@@ -49,7 +49,8 @@ def read_problems(path: Path, tasks: tuple[str, ...] | None = None) -> ProblemSe
 
 def _npz(path: Path) -> list[tuple[str, dict[str, Any]]]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # opened here: numpy leaves its own handle open when the archive is broken
+        with path.open("rb") as handle, np.load(handle, allow_pickle=False) as archive:
             arrays = {}
             for name in archive.files:
                 try:

@@ -60,3 +60,12 @@ POSITIVE_PIVOT = 4.0
 
 PIVOT = 4.0
 """A pivot of eq. (6) within c n u of its own rounding bound is no evidence of rank or curvature."""
+
+CONFORMANCE_SLACK = 10.0
+"""A backend's x and y may be off by c |K^-1| eps: engines stop on residuals scaled by themselves, c covers their scaling."""
+
+CONFORMANCE_FLOOR = 1e-6
+"""And by this: HiGHS adds 1e-7 I to H, whatever tolerance it is asked for."""
+
+CONFORMANCE_ROUNDING = 1e-12
+"""The same problem solved twice may differ by this: vectorised loops round by where an array lies in memory."""

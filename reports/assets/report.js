@@ -79,9 +79,9 @@ const time = (x) => {
 // ---- cases --------------------------------------------------------------------------------------------------------------
 const KEYS = { v: "verdict", b: "backend", f: "formulation", t: "task", s: "settings", x: "expected", set: "set" };
 const COLUMNS = [
-  ["problem", "Case", 104], ["set", "Set", 100], ["expected", "Expected", 116], ["backend", "Backend", 152],
-  ["formulation", "Formulation", 128], ["verdict", "Verdict", 108], ["error", "Error", 60, shown], ["tolerance", "Tolerance", 70, shown],
-  ["lambda_min_W", "λmin(W)", 66, shown], ["sigma_min_J", "σmin(J)", 62, shown], ["solve_time", "Time", 64, time],
+  ["problem", "Case", 98], ["set", "Set", 94], ["expected", "Expected", 110], ["backend", "Backend", 142],
+  ["formulation", "Formulation", 118], ["verdict", "Verdict", 104], ["error", "Error", 56, shown], ["tolerance", "Tolerance", 70, shown],
+  ["lambda_min_W", "λmin(W)", 63, shown], ["sigma_min_J", "σmin(J)", 59, shown], ["solve_time", "Time", 62, time],
 ];
 const ROW = 31;
 const SEVERE = ["false_success", "wrong_refusal", "crashed", "timed_out", "inaccurate", "limit", "out_of_scope", "undecidable", "right_refusal", "verified"];
@@ -177,7 +177,7 @@ function explorer() {
       rows.push(node("tr", { "aria-rowindex": place + 2, class: place === active ? "active" : "" }, ...COLUMNS.map(([column, , , format], k) => {
         if (k === 0) return node("th", { scope: "row" }, node("code", {}, link));
         const x = value(column, i);
-        return node("td", { class: format ? "num" : "" }, column === "verdict" ? verdict(x) : format ? format(x) : label(column, x));
+        return node("td", { class: format ? "num" : "", title: format || column === "verdict" ? null : label(column, x) }, column === "verdict" ? verdict(x) : format ? format(x) : label(column, x));
       })));
     }
     table.setAttribute("aria-rowcount", order.length + 1);
@@ -217,7 +217,7 @@ function explorer() {
   refresh = () => {
     for (const [column, picker] of Object.entries(pickers)) picker.value = filters[column] ?? "";
     if (search.value !== (filters.text ?? "")) search.value = filters.text ?? "";
-    found.textContent = `${order.length.toLocaleString("en")} of ${data.count.toLocaleString("en")} cases`;
+    found.textContent = `${order.length.toLocaleString("en")} of ${data.count.toLocaleString("en")} cases in this page` + (data.words.records > data.count ? `; the run folder holds ${data.words.records.toLocaleString("en")}` : "");
     for (const th of head) {
       if (th.dataset.column === sort?.column) th.setAttribute("aria-sort", sort.down ? "descending" : "ascending");
       else th.removeAttribute("aria-sort");

@@ -36,7 +36,7 @@ _CVXOPT = Promise(
 _DAQP = Promise(
     "psd", None,
     "Cost matrix (should be positive definite). For singular Hessians, a negative eps_prox enables automatic regularization",
-    "daqp.solve, docstring (eps_prox is negative by default)", "0.11.0",
+    "daqp.solve, docstring", "0.11.0",  # eps_prox is negative by default
 )  # fmt: skip
 _ECOS = Promise(
     "pd", None,
@@ -135,7 +135,7 @@ _ROWS = (
     _qpsolvers("clarabel", "Apache-2.0", _IPM, _QPSOLVERS, without_rows=False),
     _qpsolvers("cvxopt", "GPL-3.0-or-later", f"{_IPM}; here one factorisation", _CVXOPT),
     _qpsolvers("daqp", "MIT", f"dual {_ACTIVE}", _DAQP),
-    _qpsolvers("ecos", "GPL-3.0-only", f"{_IPM} on the cone form", _ECOS),
+    _qpsolvers("ecos", "GPL-3.0-or-later", f"{_IPM} on the cone form", _ECOS),
     _qpsolvers("highs", "MIT", f"primal {_ACTIVE}", _HIGHS, package="highspy"),
     _qpsolvers("osqp", "Apache-2.0", _ADMM, _OSQP_HERE),
     _qpsolvers("piqp", "BSD-2-Clause", f"proximal {_IPM}", _PIQP),
@@ -146,7 +146,7 @@ _ROWS = (
     *_cvxpy("CLARABEL", "Apache-2.0", _IPM),
     *_cvxpy("CVXOPT", "GPL-3.0-or-later", f"{_IPM} on the cone form"),
     *_cvxpy("DAQP", "MIT", f"dual {_ACTIVE}"),
-    *_cvxpy("ECOS", "GPL-3.0-only", f"{_IPM} on the cone form"),
+    *_cvxpy("ECOS", "GPL-3.0-or-later", f"{_IPM} on the cone form"),
     *_cvxpy("HIGHS", "MIT", f"primal {_ACTIVE}", "highspy"),
     *_cvxpy("OSQP", "Apache-2.0", f"{_ADMM}, polished"),
     *_cvxpy("PIQP", "BSD-2-Clause", f"proximal {_IPM}"),
@@ -165,7 +165,7 @@ _ROWS = (
     _casadi(
         "hpipm", "BSD-2-Clause", f"{_IPM} for optimal control",
         message="does not correspond to what the interface can handle", without_rows=False,  # it dies of SIGSEGV there
-    ),  # fmt: skip
+    ),
     _casadi("clp", "EPL-2.0", "simplex", message="Not an LP"),
     _casadi("ipopt", "EPL-2.0", f"{_IPM}, nonlinear", _IPOPT, sampled=True),
     _casadi("sqpmethod", "LGPL-3.0-or-later", "sequential quadratic programming", SILENCE, sampled=True),
@@ -175,7 +175,7 @@ _ROWS = (
             install="pip install scipy"),
     Backend("scipy:trust-constr", "scipy", "trust-constr", "BSD-3-Clause", "trust-region SQP, nonlinear", SILENCE,
             sampled=True, install="pip install scipy"),
-)  # fmt: skip
+)
 
 BACKENDS: dict[str, Backend] = {row.name: row for row in _ROWS}
 """Every backend by name."""

@@ -112,7 +112,7 @@ def open_engine(engine: str, settings: str) -> Engine:
 
     has = casadi.has_nlpsol if engine in NONLINEAR else casadi.has_conic
     if not has(engine):
-        raise ImportError(f"casadi {casadi.__version__} ships no plug-in {engine} that loads here")
+        raise ImportError(f"casadi {version('casadi')} ships no plug-in {engine} that loads here")
     wish = {} if settings == "default" else asked(engine, ASKED[settings])
     options = {name: dict(value) if isinstance(value, dict) else value for name, value in SILENT.get(engine, {}).items()}
     options["error_on_fail"] = False

@@ -102,10 +102,10 @@ def open_engine(engine: str, settings: str) -> Engine:
 
     if engine not in qpsolvers.available_solvers:
         raise ImportError(f"qpsolvers does not find {engine}; it finds {', '.join(qpsolvers.available_solvers)}")
-    options = {} if settings == "default" else asked(engine, ASKED[settings])
+    options: dict[str, Any] = {} if settings == "default" else asked(engine, ASKED[settings])
     form: Any = csc_matrix if engine in SPARSE else np.array  # a copy: some engines insist on writable memory
     kept = _keep_reason(engine)
-    quiet = {"raise_error": False} if engine == "osqp" else {}  # its default, said so that OSQP need not warn of it
+    quiet: dict[str, Any] = {"raise_error": False} if engine == "osqp" else {}  # its default; unsaid, OSQP warns of it
     outcome = OUTCOMES[engine]
 
     @guarded
@@ -207,7 +207,7 @@ def _keep_reason(engine: str) -> dict[str, Any]:
             kept["result"] = daqp.solve(*arguments, **keywords)
             return kept["result"]
 
-        daqp_.daqp = SimpleNamespace(solve=solve_kept)
+        setattr(daqp_, "daqp", SimpleNamespace(solve=solve_kept))  # noqa: B010 (a module in mypy's eyes)
     elif engine == "highs":
         import highspy
         from qpsolvers.solvers import highs_
@@ -218,7 +218,7 @@ def _keep_reason(engine: str) -> dict[str, Any]:
                 kept["status"], kept["info"] = self.getModelStatus(), self.getInfo()
                 return status
 
-        highs_.highspy = SimpleNamespace(**{**vars(highspy), "Highs": Kept})
+        setattr(highs_, "highspy", SimpleNamespace(**{**vars(highspy), "Highs": Kept}))  # noqa: B010
     return kept
 
 

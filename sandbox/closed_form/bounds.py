@@ -66,6 +66,16 @@ def six(problem: VelocityProblem) -> Array:
     return np.where(geometry.sound, bound, np.inf)
 
 
+def growth(problem: VelocityProblem) -> Array:
+    """How much larger the terms of W = base + E' Gamma E are than W (B,): the digits that forming W loses."""
+    E, gamma = problem.W.E, problem.W.gamma
+    if E is None or gamma is None:
+        return np.ones(len(problem))
+    terms = np.abs(problem.W.base) + np.abs(transpose(E)) @ np.abs(gamma) @ np.abs(E)
+    ratio = norm(terms) / norm(problem.W.dense())
+    return np.where(ratio >= 1, ratio, np.inf)
+
+
 def bordered_matrix(geometry: Geometry) -> tuple[Array, Array]:
     """K = [t W, J'; J, 0] with rows of J scaled to one, and t (B,) with |t W| = sigma_min(J): K is then best conditioned."""
     problem = geometry.problem
@@ -82,7 +92,7 @@ def bordered_matrix(geometry: Geometry) -> tuple[Array, Array]:
 def bordered(problem: VelocityProblem) -> Array:
     """The bound of the bordered system (B,)."""
     geometry = Geometry.of(problem)
-    bound = FORWARD * (problem.n + problem.m) * UNIT * condition(bordered_matrix(geometry)[0])
+    bound = FORWARD * (problem.n + problem.m) * UNIT * condition(bordered_matrix(geometry)[0]) * growth(problem)
     return np.where(geometry.sound, bound, np.inf)
 
 
@@ -91,6 +101,7 @@ def normal(problem: VelocityProblem) -> Array:
     """The bound of eqs. (2)-(5) (B,)."""
     geometry = Geometry.of(problem)
     Jh, L2 = _conditions(problem.W.dense(), geometry)
+    L2 = L2 * growth(problem)
     return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2), np.inf)
 
 
@@ -99,6 +110,7 @@ def singular_values(problem: VelocityProblem) -> Array:
     """The bound of the weighted pseudoinverse (B,): nothing is squared."""
     geometry = Geometry.of(problem)
     Jh, L2 = _conditions(problem.W.dense(), geometry)
+    L2 = L2 * growth(problem)
     return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * Jh * L2, np.inf)
 
 
@@ -134,5 +146,6 @@ def finsler_bound(problem: VelocityProblem) -> Array:
         return np.full(len(problem), np.inf)
     geometry = Geometry.of(problem)
     Jh, L2 = _conditions(shifted_weight(geometry)[0], geometry)
+    L2 = L2 * growth(problem)
     bound = FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2)
     return np.where(geometry.sound, bound, np.inf)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,13 @@ Array = np.ndarray
 
 
 def eq6_on(
-    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1, E: Any = None, gamma: Any = None
+    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1, E: Any = None, gamma: Any = None,
+    *, multipliers: bool = True,
 ) -> tuple[int, Array, Array, Array]:
     """(code, x, y, pivots) of eq. (6) on one problem, every entry made by `number`; W None is the identity.
 
-    With Fraction the answer is exact, for eq. (6) takes no square root. The codes are those of kernels.py.
+    With Fraction the answer is exact, for eq. (6) takes no square root. The codes are those of kernels.py. y is left
+    zero without `multipliers`, which the paper does not compute.
     """
     J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)
     m, n = J.shape
@@ -29,7 +32,7 @@ def eq6_on(
     A, b, x, y = _zeros(number, n, n), _zeros(number, n), _zeros(number, n), _zeros(number, m)
     N, t, p = _of(number, np.eye(n, n - m, -m)), _zeros(number, 2, len(E)), np.zeros(n, dtype=int)
     code = kernels.eq6(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, x)
-    if code == kernels.SOLVED:
+    if multipliers and code == kernels.SOLVED:
         kernels.multipliers(W, E, gamma, gradf, alpha, weighted, A, p, t, x, y)
     return code, x, y, np.diagonal(A).copy()
 
@@ -112,26 +115,15 @@ class Counted:
 def operations(method: str, n: int, m: int, *, weighted: bool) -> Operations:
     """Operations that eq2_5 or eq6 takes on n joints and m task rows, counted by running it (Tables I and II).
 
-    Multipliers are not part of the paper's count. Raises KeyError for another method.
+    Raises KeyError for another method.
     """
     # any generic problem takes the same path: a Vandermonde J has full rank, W is diagonally dominant
     J = np.vander(np.arange(1.0, n + 1) / n, m, increasing=True).T
     W = np.eye(n) * n + 1 / (1 + np.arange(n)[:, None] + np.arange(n)) if weighted else None
     total = Operations()
-    counted = {"eq2_5": eq2_5_on, "eq6": _eq6_alone}[method]
+    counted = {"eq2_5": eq2_5_on, "eq6": partial(eq6_on, multipliers=False)}[method]
     counted(lambda value: Counted(value, total), J, np.ones(m), W, np.ones(n), 0.5)
     return total
-
-
-def _eq6_alone(number: Callable[[Any], Any], J: Array, xdot: Array, W: Any, gradf: Array, alpha: float) -> None:
-    """Eq. (6) without the multipliers that the paper does not compute."""
-    m, n = J.shape
-    work = _zeros(number, n, n), _of(number, np.eye(n, n - m, -m)), np.zeros(n, dtype=int), _zeros(number, n)
-    none = _of(number, np.zeros((0, n))), _of(number, np.zeros((0, 0)))
-    kernels.eq6(
-        _of(number, J), _of(number, xdot), _of(number, np.zeros((0, 0)) if W is None else W), *none, _of(number, gradf),
-        number(alpha), W is not None, *work, _zeros(number, 2, 0), _zeros(number, n),
-    )  # fmt: skip
 
 
 def eq6_exact(problem: Any) -> tuple[int, Array, Array, Array]:

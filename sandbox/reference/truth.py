@@ -88,9 +88,7 @@ class Truth:
         return None if self._value is None else self._value.fractions()[0]
 
 
-def truth(
-    problem: VelocityProblem, task: str = "exact", *, damping: float = tolerances.DAMPING
-) -> Truth | list[Truth]:
+def truth(problem: VelocityProblem, task: str = "exact", *, damping: float = tolerances.DAMPING) -> Truth | list[Truth]:
     """Decide `problem` for one task; a list for a stack.
 
     task "exact": J qdot = xdot; "least_squares": eq. (13), the minimisers of (J qdot - xdot)'Wx(J qdot - xdot);
@@ -278,9 +276,7 @@ class _Given(NamedTuple):
             return []
         return [margins.curvature(self.dense(), N)]
 
-    def report(
-        self, task: str, found: _Minimum, rank: int, M: Dyadic, y: Rationals | None, terms: list[float]
-    ) -> Truth:
+    def report(self, task: str, found: _Minimum, rank: int, M: Dyadic, y: Rationals | None, terms: list[float]) -> Truth:
         """Round what was found, once."""
         n, margin = len(self.a), min(1.0, *terms)
         told = task, found.expected, found.reason, margin, rank, found.inertia

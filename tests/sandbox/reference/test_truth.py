@@ -147,7 +147,7 @@ def is_nearest(rounded: float, exact: F) -> bool:
 def test_small_integer_problems(task: str) -> None:
     """On random integer problems class, reason, inertia, x, y, freedom and value are the oracle's, exactly."""
     told = Counter(
-        agree(case, task, DAMPINGS[i % 3 if i % 20 == 0 else i % 2]) for i, case in enumerate(integers(3, 500))
+        agree(case, task, DAMPINGS[i % 3 if i % 30 == 0 else i % 2]) for i, case in enumerate(integers(3, 320))
     )
     reasons = {
         "exact": {"no_freedom", "inconsistent"},
@@ -157,7 +157,7 @@ def test_small_integer_problems(task: str) -> None:
     assert {reason for _, reason in told} == reasons
     assert {kind for kind, _ in told} <= set(EXPECTED)
     assert reasons <= set(REASONS)
-    assert all(count >= 5 for count in told.values()), told
+    assert all(count >= 4 for count in told.values()), told
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -385,7 +385,7 @@ def test_damping_without_lambda() -> None:
 def cases() -> list[dict]:
     """Problems with a unique minimum, full row rank and freedom; many with an indefinite W."""
     kept = []
-    for case in integers(11, 1500):
+    for case in integers(11, 900):
         t = truth(VelocityProblem(**case))
         if t.reason == "condition_7" and t.rank == len(case["J"]):
             kept.append({name: case[name] for name in ("J", "xdot", "W", "a")})

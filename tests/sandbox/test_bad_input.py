@@ -1,0 +1,190 @@
+"""Bad input is refused in one line that names the place and the way out, with exit status 2 and nothing half-written."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sandbox
+from sandbox.errors import (
+    AsymmetricWeightError,
+    InputFileError,
+    NonFiniteError,
+    RangeError,
+    SandboxError,
+    ShapeError,
+)
+from sandbox.problem_file import read_problems
+
+GOOD: dict[str, Any] = {
+    "J": [[-1.0, -1.0, 0.0], [2.0, 1.0, 1.0]],
+    "xdot": [1.0, 1.0],
+    "W": [[1.0, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "a": [0.0, 0, 0],
+}
+
+FAULTS: dict[str, tuple[dict[str, Any], type[SandboxError], str]] = {
+    "nan": ({"J": [[np.nan, 0, 1.0], [1, 0, 0]]}, NonFiniteError, r"J\[0, 0\] is nan"),
+    "infinity": ({"a": [0.0, np.inf, 0]}, NonFiniteError, r"a\[1\] is inf"),
+    "huge": ({"J": [[1e308, 0, 1.0], [1, 0, 0]]}, RangeError, r"J\[0, 0\] is 1e\+308"),
+    "tiny": ({"xdot": [1e-200, 1.0]}, RangeError, r"xdot\[0\]"),
+    "shape": ({"xdot": [1.0, 2, 3]}, ShapeError, r"xdot has shape \(3,\)"),
+    "weight shape": ({"W": np.eye(4)}, ShapeError, r"W has shape \(4, 4\)"),
+    "asymmetric": ({"W": [[1.0, 2, 0], [0, 1, 0], [0, 0, 1]]}, AsymmetricWeightError, r"W\[0, 1\] is 2 but W\[1, 0\] is 0"),
+    "strings": ({"W": [["a"] * 3] * 3}, ShapeError, "W must hold real numbers"),
+    "ragged": ({"J": [[1.0, 2, 3], [1.0]]}, ShapeError, "J is no rectangular array"),
+    "empty stack": ({"J": np.zeros((0, 2, 3))}, ShapeError, "an empty stack"),
+    "zero rows": ({"J": np.zeros((0, 3)), "xdot": np.zeros(0)}, ShapeError, "a zero size"),
+    "stacks disagree": ({"xdot": np.ones((4, 2)), "a": np.ones((5, 3))}, ShapeError, "the stacks do not agree"),
+    "booleans": ({"J": np.ones((2, 3), bool)}, ShapeError, "J must hold real numbers"),
+    "complex": ({"a": np.ones(3, complex)}, ShapeError, "a must hold real numbers"),
+    "Wx": ({"Wx": [[1.0, 3.0], [0.0, 1.0]]}, AsymmetricWeightError, "Wx"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_the_door_refuses(name: str) -> None:
+    """Each fault has its own error, which names field, place and value, under SandboxError."""
+    change, error, words = FAULTS[name]
+    with pytest.raises(error, match=words):
+        sandbox.VelocityProblem(**{**GOOD, **change})
+
+
+def test_a_bad_member_of_a_stack_is_named() -> None:
+    """The index in the stack is part of the error."""
+    J = np.broadcast_to(np.array(GOOD["J"]), (5, 2, 3)).copy()
+    J[3, 1, 2] = np.nan
+    with pytest.raises(NonFiniteError, match=r"J\[3, 1, 2\] is nan") as caught:
+        sandbox.VelocityProblem(**{**GOOD, "J": J})
+    assert caught.value.evidence["index"] == (3, 1, 2)
+
+
+def test_arrays_are_read_only_copies() -> None:
+    """Neither the caller's array nor the problem's can change the other."""
+    J = np.array(GOOD["J"])
+    problem = sandbox.VelocityProblem(**{**GOOD, "J": J})
+    J[0, 0] = 7
+    assert problem.J[0, 0] == -1
+    with pytest.raises(ValueError, match="read-only"):
+        problem.J[0, 0] = 7
+
+
+def npz(path: Path, **arrays: Any) -> Path:
+    np.savez(path, **arrays)
+    return path
+
+
+def pickled(path: Path) -> Path:
+    np.savez(path, **{**GOOD, "W": np.array([{"a": 1}], dtype=object)})
+    return path
+
+
+def truncated(path: Path) -> Path:
+    whole = io.BytesIO()
+    np.savez(whole, **GOOD)
+    path.write_bytes(whole.getvalue()[:400])
+    return path
+
+
+def text(path: Path, words: str) -> Path:
+    path.write_text(words)
+    return path
+
+
+def no_arrays(path: Path) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("readme.txt", "no arrays here")
+    return path
+
+
+FILES = {
+    "nan.npz": (lambda p: npz(p, **{**GOOD, "xdot": [np.nan, 1]}), r"xdot\[0\] is nan"),
+    "asymmetric.npz": (lambda p: npz(p, **{**GOOD, "W": [[1.0, 2, 0], [0, 1, 0], [0, 0, 1]]}), r"W\[0, 1\]"),
+    "strings.npz": (lambda p: npz(p, **{**GOOD, "W": np.array([["a"] * 3] * 3)}), "W must hold real numbers"),
+    "pickle.npz": (pickled, "field W holds Python objects"),
+    "truncated.npz": (truncated, "is no complete .npz file"),
+    "text.npz": (lambda p: text(p, "hello"), "is no complete .npz file"),
+    "no_arrays.npz": (no_arrays, "field"),
+    "unknown.npz": (lambda p: npz(p, **GOOD, Jacobian=[1.0]), "a field 'Jacobian'"),
+    "no_weight.npz": (lambda p: npz(p, J=GOOD["J"], xdot=GOOD["xdot"]), "either W, or W_base"),
+    "no_xdot.json": (lambda p: text(p, json.dumps({"J": GOOD["J"], "W": GOOD["W"]})), "lacks the field xdot"),
+    "list.json": (lambda p: text(p, json.dumps([GOOD, 3])), r"list.json\[1\]: is no object"),
+    "shape.json": (lambda p: text(p, json.dumps([GOOD, {**GOOD, "a": [1]}])), r"shape.json\[1\]: a has shape"),
+    "broken.json": (lambda p: text(p, "{"), "is no JSON"),
+    "empty.json": (lambda p: text(p, "[]"), "holds no problem"),
+    "binary.json": (lambda p: (p.write_bytes(b"\xff\xfe\x00\x80"), p)[1], "is no JSON"),
+    "table.csv": (lambda p: text(p, "1,2"), "ends in .npz or .json"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_problem_files(name: str, tmp_path: Path) -> None:
+    """Each bad file is an InputFileError that begins with the file's name."""
+    make, words = FILES[name]
+    path = make(tmp_path / name)
+    with pytest.raises(InputFileError, match=words) as caught:
+        read_problems(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_good_files_read(tmp_path: Path) -> None:
+    """One problem, a stack, a list of objects and factored weights are read bit for bit."""
+    stack = {**GOOD, "J": np.random.default_rng(1).normal(size=(4, 2, 3))}
+    assert np.array_equal(read_problems(npz(tmp_path / "s.npz", **stack)).groups[0].problem.J, stack["J"])
+    assert len(read_problems(text(tmp_path / "l.json", json.dumps([GOOD, GOOD])))) == 2
+    factored = {"J": GOOD["J"], "xdot": GOOD["xdot"], "W_base": np.zeros((3, 3)), "W_E": [[1.0, 1, 1]], "Wx": np.eye(2)}
+    group = read_problems(npz(tmp_path / "f.npz", **factored)).groups[0]
+    assert group.problem.W.factored and group.tasks == ("exact", "least_squares")
+
+
+def command(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "sandbox.cli", *words], capture_output=True, text=True, cwd=cwd, timeout=120, check=False
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run", "bad.npz", "--out", "new"], "bad.npz"),
+        (["run", "nothing.npz", "--out", "new"], "no such file"),
+        (["run", "no_such_set", "--out", "new"], "no problem set is called 'no_such_set'; there are: badly_scaled"),
+        (["run", "textbook", "--out", "new", "--backend", "gurobi"], "no backend is called 'gurobi'"),
+        (["run", "textbook", "--out", "new", "--formulation", "dual"], "no formulation is called 'dual'"),
+        (["run", "textbook", "--out", "new", "--settings", "exact"], "no settings level is called 'exact'"),
+        (["run", "textbook", "--out", "used"], "used holds files that are no run"),
+        (["report", "nowhere"], "nowhere is no run folder"),
+        (["show", "nowhere", "abc"], "nowhere is no run folder"),
+        (["export", "nowhere", "--parquet", "x.parquet"], "nowhere is no run folder"),
+        (["export", "spoilt", "--parquet", "x.parquet"], "is no Parquet file"),
+        (["list", "robotz"], "no list is called 'robotz'"),
+        (["run", "textbook"], "Missing option"),
+        (["run", "textbook", "--out", "new", "--time-limit", "0"], "Invalid value"),
+    ],
+)
+def test_the_command_line_refuses(words: list[str], said: str, tmp_path: Path) -> None:
+    """Exit status 2, the reason on standard error, and no folder or file left behind."""
+    np.savez(tmp_path / "bad.npz", **{**GOOD, "W": np.full((3, 3), np.nan)})
+    (tmp_path / "used").mkdir()
+    (tmp_path / "used" / "thesis.tex").write_text("mine")
+    (tmp_path / "spoilt" / "records").mkdir(parents=True)
+    (tmp_path / "spoilt" / "run.json").write_text("{}")
+    (tmp_path / "spoilt" / "records" / "a.parquet").write_text("no Parquet")
+    before = sorted(tmp_path.rglob("*"))
+    done = command(*words, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    if done.stderr.startswith("error: "):
+        assert done.stderr.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+    assert (tmp_path / "used" / "thesis.tex").read_text() == "mine"
