@@ -1,0 +1,1 @@
+"""Pages made from run folders: what was run, what came out, and every case behind it."""

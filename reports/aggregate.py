@@ -257,17 +257,22 @@ def repairs(run: RunData) -> list[Row]:
 def closed_forms(run: RunData) -> list[Row]:
     """Each closed form against the truth: verdicts by expected class, error, and error over its own bound."""
     rows = run.rows(
-        f"""select backend, task, count(*) filter (error is not null and {COUNTED}) as scored,
+        f"""select backend, task, count(*) filter (error is not null and tolerance is not null and {COUNTED}) as scored,
+        count(*) filter (error is not null and tolerance is null and {COUNTED}) as unbounded,
+        count(*) filter (verdict = 'false_success') as false_success,
         count(*) filter (error <= tolerance and {COUNTED}) as within,
         median(error) filter ({COUNTED}) as error_median, max(error) filter ({COUNTED}) as error_max,
         median(error / nullif(tolerance, 0)) filter ({COUNTED}) as ratio_median,
         max(error / nullif(tolerance, 0)) filter ({COUNTED}) as ratio_max, median(tolerance) as bound_median
         from records where closed group by all"""
     )
-    verdicts = run.rows("select backend, expected, verdict, count(*) as n from records where closed group by all order by n desc")
+    verdicts = run.rows(
+        "select backend, expected, verdict, count(*) as n from records where closed group by all order by n desc"
+    )
     ratios = run.rows(
-        f"""select backend, greatest(-60, least(20, ceil(5 * log10(greatest(error / tolerance, 1e-30)))))::int as bin, count(*) as n
-        from records where closed and error is not null and tolerance > 0 and {COUNTED} group by all order by 1, 2"""
+        f"""select backend, count(*) as n,
+        greatest(-60, least(20, ceil(5 * log10(greatest(error / tolerance, 1e-30)))))::int as bin
+        from records where closed and error is not null and tolerance > 0 and {COUNTED} group by all order by backend, bin"""
     )
     order = backend_order(run)
     for row in rows:
@@ -329,12 +334,17 @@ def recommendations(run: RunData) -> list[Row]:
             row["sampled"] = row["backend"] in few
         rows.sort(
             key=lambda r: (
-                r["false_success"] > 0, -int(100 * lower_end(r["verified"], r["n"])), r["time"] or float("inf"),
-                r["backend"], r["formulation"] or "",
-            )  # fmt: skip
+                r["false_success"] > 0,
+                -int(100 * lower_end(r["verified"], r["n"])),
+                r["time"] or float("inf"),
+                r["backend"],
+                r["formulation"] or "",
+            )
         )
         if rows:
-            out.append({"name": name, "words": words, "definition": definition, "rows": rows, "problems": max(r["n"] for r in rows)})
+            out.append(
+                {"name": name, "words": words, "definition": definition, "rows": rows, "problems": max(r["n"] for r in rows)}
+            )
     return out
 
 

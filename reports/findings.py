@@ -23,7 +23,14 @@ def findings(run: RunData, indefinite: list[aggregate.Row], closed: list[aggrega
 
     `indefinite` is aggregate.breakdown over lambda_min_W, `closed` is aggregate.closed_forms.
     """
-    found = [_false_successes(run), *_indefinite(indefinite), _repairs(run), _closed_forms(closed), _no_minimum(run), _died(run)]
+    found = [
+        _false_successes(run),
+        *_indefinite(indefinite),
+        _repairs(run),
+        _closed_forms(closed),
+        _no_minimum(run),
+        _died(run),
+    ]
     return [finding for finding in found if finding is not None]
 
 
@@ -108,7 +115,9 @@ def _repairs(run: RunData) -> Finding | None:
     for row in aggregate.repairs(run):
         table.setdefault(row["backend"], {})[row["formulation"]] = row
     convex = aggregate.holds_on_convex(run)
-    weak = {b: t for b, t in table.items() if b in convex and "direct" in t and t["direct"]["verified"] < 0.5 * t["direct"]["n"]}
+    weak = {
+        b: t for b, t in table.items() if b in convex and "direct" in t and t["direct"]["verified"] < 0.5 * t["direct"]["n"]
+    }
     if not weak:
         return None
     parts, details, short = [], [], []
@@ -117,7 +126,9 @@ def _repairs(run: RunData) -> Finding | None:
         if own:
             failing = [b for b, row in own.items() if row["verified"] < aggregate.HOLDS * row["n"]]
             parts.append(f"{len(own) - len(failing)} of {len(own)} {phrase}")
-            details.append(f"{sum(row['verified'] for row in own.values()):,} of {sum(row['n'] for row in own.values()):,} {phrase}")
+            details.append(
+                f"{sum(row['verified'] for row in own.values()):,} of {sum(row['n'] for row in own.values()):,} {phrase}"
+            )
             if failing:
                 short.append(f"{phrase}, {_names(failing, 30)}")
     if not parts:
@@ -134,15 +145,22 @@ def _repairs(run: RunData) -> Finding | None:
 
 
 def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
-    scored, within = sum(row["scored"] for row in rows), sum(row["within"] for row in rows)
+    scored, within, unbounded = (sum(row[key] for row in rows) for key in ("scored", "within", "unbounded"))
     if not scored:
         return None
     outside = [row["backend"] for row in rows if row["within"] < row["scored"]]
+    false = {row["backend"]: row["false_success"] for row in rows if row["false_success"]}
+    details = ["Against exact rational arithmetic, rounded once."]
+    if unbounded:
+        details.append(f"{_plural(unbounded, 'answer')} more came with no finite bound.")
+    if false:
+        listed = ", ".join(f"{name.removeprefix(CLOSED)} {n:,}" for name, n in false.items())
+        details.append(f"{_plural(sum(false.values()), 'false success', 'false successes')} among them: {listed}.")
     return Finding(
         f"{within:,} of {scored:,}",
         f"answers of the {len(rows)} closed forms lie within their own error bound of the exact answer"
         + (f"; outside somewhere: {_names(outside, 30)}." if outside else "."),
-        "Against exact rational arithmetic, rounded once.", "#closed-forms", "fair" if outside else "good",
+        " ".join(details), "#closed-forms", "fair" if outside or false else "good",
     )  # fmt: skip
 
 

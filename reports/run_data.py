@@ -57,12 +57,11 @@ class RunData:
             if str(field.type) == "double"
             else f'[case when isfinite(x) then x end for x in "{field.name}"] as "{field.name}"'
             for field in content.schema
-            if str(field.type) == "double" or str(field.type).startswith("list<") and "double" in str(field.type)
+            if "double" in str(field.type)
         ]
+        columns = ", ".join([f"* replace ({', '.join([*finite, *replaced])})", *([more] if more else [])])
         self.connection.register("arrow", content)
-        self.connection.execute(
-            f"create table {kind} as select * replace ({', '.join([*finite, *replaced])}){', ' if more else ''}{more} from arrow"
-        )
+        self.connection.execute(f"create table {kind} as select {columns} from arrow")
         self.connection.unregister("arrow")
 
     def table(self, query: str, parameters: list[Any] | None = None) -> Any:

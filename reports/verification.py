@@ -18,7 +18,7 @@ LARGEST = 2_950_000
 """Bytes of a page: it is to be sent by mail. Fewer cases are embedded where they would not fit."""
 
 
-_UNKNOWN = {
+_UNKNOWN: dict[str, Any] = {
     "command": "–", "started": None, "finished": None, "complete": False, "time_limit": None, "timing": {}, "packages": {},
     "sets": [], "backends": [], "closed_forms": [], "settings": [], "probe": None, "cpu": "–", "cores": "–", "jobs": "–",
     "platform": "–", "python": "–", "sandbox_version": "",
@@ -66,7 +66,8 @@ def _tables(data: RunData) -> dict[str, Any]:
     return {
         "about": _UNKNOWN | data.about, "ran": [row for row in data.about.get("backends", []) if row["name"] in ran],
         "absent": [row for row in data.about.get("backends", []) if row["name"] not in ran],
-        "sampled": aggregate.sampled(data), "every": every, "tolerances": tolerances, "folder": shlex.quote(str(data.folder)), "settings": data.settings,
+        "sampled": aggregate.sampled(data), "every": every, "tolerances": tolerances,
+        "folder": shlex.quote(str(data.folder)), "settings": data.settings,
         "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed),
         "not_run": aggregate.not_run(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
         "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),

@@ -12,7 +12,11 @@ VERDICTS: dict[str, tuple[str, str, str]] = {
     "out_of_scope": ("out of scope", "none", "refused a solvable problem that its documentation does not promise to solve"),
     "undecidable": ("undecidable", "none", "the class changes within rounding of the data: either answer is allowed"),
     "not_run": ("not run", "none", "was not run, for the reason given"),
-    "false_success": ("false success", "bad", "said solved, and the answer is not finite, has no right to exist or is grossly wrong"),
+    "false_success": (
+        "false success",
+        "bad",
+        "said solved, and the answer is not finite, has no right to exist or is grossly wrong",
+    ),
     "wrong_refusal": ("wrong refusal", "bad", "refused a solvable problem that its documentation promises to solve"),
     "crashed": ("crashed", "bad", "died with its process"),
     "timed_out": ("timed out", "bad", "overran the time limit"),
@@ -21,7 +25,9 @@ VERDICTS: dict[str, tuple[str, str, str]] = {
 
 PRECEDENCE: tuple[tuple[str, str], ...] = tuple(
     (row[0], row[1])
-    for row in ([cell.strip() for cell in line.strip("|").split("|")] for line in (verdict.__doc__ or "").splitlines() if "|" in line)
+    for row in (
+        [cell.strip() for cell in line.strip("|").split("|")] for line in (verdict.__doc__ or "").splitlines() if "|" in line
+    )
     if row[0] not in ("verdict", "---")
 )
 """The verdict table as the code that applies it states it: the first row that applies decides."""

@@ -39,7 +39,7 @@ def accept(run: Path, file: Path = FILE) -> int:
 def fallen(run: Path, file: Path = FILE) -> list[dict[str, object]]:
     """Records of `run` that fell: verified in the baseline with the same engine version, false or crashed now.
 
-    A closed form falls where it is false, refuses a problem of its domain, or exceeds its own error bound.
+    A closed form falls where it answers what has no answer, refuses a problem of its domain, or exceeds its own bound.
     """
     records = read_table(run, "records", [*KEYS, "verdict", "error", "tolerance"])
     now = pa.table({n: records[n].cast(pa.string()) if pa.types.is_dictionary(records[n].type) else records[n]
@@ -55,8 +55,8 @@ def fallen(run: Path, file: Path = FILE) -> list[dict[str, object]]:
             rows += _rows(database, f"SELECT {columns} FROM now JOIN before ON {same} WHERE now.verdict IN {FALLEN}")
         rows += _rows(
             database,
-            f"SELECT {columns} FROM now WHERE starts_with(backend, '{CLOSED_FORM}') AND (verdict IN "
-            "('false_success', 'crashed', 'wrong_refusal') OR (verdict IN ('verified', 'inaccurate') AND error > tolerance))",
+            f"SELECT {columns} FROM now WHERE starts_with(backend, '{CLOSED_FORM}') AND (verdict IN ('crashed', "
+            "'wrong_refusal') OR (verdict = 'false_success' AND error IS NULL) OR error > tolerance)",
         )
     return rows
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,6 +17,7 @@ from sandbox.backends import BACKENDS
 from sandbox.backends.backend import Engine, Promise
 from sandbox.batch import Batch
 from sandbox.closed_form import CLOSED_FORMS
+from sandbox.closed_form.form import POSITIVE_WEIGHT
 from sandbox.columns import problem_table, record_table, truth_table
 from sandbox.formulation import FORMULATIONS, Posed
 from sandbox.judgement import Allowance, judge
@@ -94,6 +95,51 @@ def quiet(phase: str, done: int, total: int) -> None:
     """A Progress that tells nobody."""
 
 
+class Agenda:
+    """Sets still to be run by each library, handed out so that no library runs twice at once and none is left to the end.
+
+    Iterating yields (library, set name) until nothing is left; several threads may iterate together.
+    """
+
+    def __init__(self, left: dict[str, list[str]]) -> None:
+        self._left = left
+        self._spent = {library: [0.0, 0] for library in left}  # seconds and sets done
+        self._busy: set[str] = set()
+        self._free = threading.Condition()
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        while True:
+            with self._free:
+                while not (idle := [one for one, sets in self._left.items() if sets and one not in self._busy]):
+                    if not any(self._left.values()):
+                        return
+                    self._free.wait()
+                library = max(idle, key=self._remaining)
+                self._busy.add(library)
+                set_name = self._left[library].pop(0)
+            start = time.perf_counter()
+            try:
+                yield library, set_name
+            finally:
+                with self._free:
+                    self._busy.discard(library)
+                    self._spent[library][0] += time.perf_counter() - start
+                    self._spent[library][1] += 1
+                    self._free.notify_all()
+
+    def _remaining(self, library: str) -> float:
+        """Expected seconds of work left; a library not seen yet goes first."""
+        seconds, done = self._spent[library]
+        return seconds / done * len(self._left[library]) if done else float("inf")
+
+    def clear(self) -> None:
+        """Hand out nothing more."""
+        with self._free:
+            for sets in self._left.values():
+                sets.clear()
+            self._free.notify_all()
+
+
 @dataclass
 class Campaign:
     """A plan being carried out."""
@@ -144,7 +190,7 @@ class Campaign:
     # ---- backends --------------------------------------------------------------------------------------------
 
     def _run_backends(self, works: list[Work]) -> None:
-        """Each library in its own process and thread, `jobs` of them at a time."""
+        """Each library in its own process, `jobs` of them at a time."""
         libraries: dict[str, list[str]] = {}
         for name in self.plan.backends:
             libraries.setdefault(BACKENDS[name].library, []).append(name)
@@ -157,17 +203,21 @@ class Campaign:
             for formulation in formulations
             if formulation in work.posings
         )
-        # the libraries with most engines first, so that the last one to finish is a short one
-        order = sorted(libraries.values(), key=len, reverse=True)
-        with ThreadPoolExecutor(max_workers=self.plan.jobs) as threads:
-            futures = [threads.submit(self._run_library, backends, works) for backends in order]
+        by_set = {name: [work for work in works if work.set_name == name] for name in dict.fromkeys(w.set_name for w in works)}
+        agenda = Agenda({library: list(by_set) for library in libraries})
+        with Workers() as workers, ThreadPoolExecutor(max_workers=self.plan.jobs) as threads:
+
+            def work_off() -> None:
+                for library, set_name in agenda:
+                    self._run_set(workers, libraries[library], by_set[set_name])
+
+            futures = [threads.submit(work_off) for _ in range(self.plan.jobs)]
             try:
                 for future in futures:
                     future.result()
             except BaseException:
                 self._stop.set()
-                for future in futures:
-                    future.cancel()
+                agenda.clear()
                 raise
 
     def _members(self, work: Work, backend: str) -> Array:
@@ -175,19 +225,17 @@ class Campaign:
         every = self.plan.sample_every if BACKENDS[backend].sampled else 1
         return np.flatnonzero((work.first + np.arange(len(work.ids))) % every == 0)
 
-    def _run_library(self, backends: list[str], works: list[Work]) -> None:
-        library = BACKENDS[backends[0]].library
-        with Workers() as workers:
-            for set_name in dict.fromkeys(work.set_name for work in works):
-                parts: list[pa.Table] = []
-                failures = dict.fromkeys(backends, 0)
-                try:
-                    for work in works:
-                        if work.set_name == set_name and not self._stop.is_set():
-                            parts += self._run_group(workers, backends, work, failures)
-                finally:
-                    if parts:
-                        self.keep("records", f"{set_name}-{library}", pa.concat_tables(parts))
+    def _run_set(self, workers: Workers, backends: list[str], works: list[Work]) -> None:
+        """One library on one set; an interruption keeps the groups that were finished."""
+        parts: list[pa.Table] = []
+        failures = dict.fromkeys(backends, 0)
+        try:
+            for work in works:
+                if not self._stop.is_set():
+                    parts += self._run_group(workers, backends, work, failures)
+        finally:
+            if parts:
+                self.keep("records", f"{works[0].set_name}-{BACKENDS[backends[0]].library}", pa.concat_tables(parts))
 
     def _run_group(self, workers: Workers, backends: list[str], work: Work, failures: dict[str, int]) -> list[pa.Table]:
         """All engines, formulations and levels of one library on one group, judged together by task."""
@@ -261,9 +309,11 @@ def _closed_form_records(name: str, work: Work) -> pa.Table:
     solution = form.function(problem)
     each = np.full(len(problem), (time.perf_counter() - start) / len(problem))
     codes = np.array([CODE[status] for status in solution.status], dtype=np.int8)
-    positive = yardstick.lambda_min_W > UNIT * yardstick.norm_W
-    promised = positive if form.domain == "W > 0" else np.ones(len(problem), dtype=bool)
-    judged = judge(yardstick, solution.x, solution.y, codes, Allowance.of_closed_form(form.bound(problem)), promised)
+    bound = form.bound(problem)
+    promised = bound < 1  # a bound that exceeds the answer itself promises nothing
+    if form.domain == POSITIVE_WEIGHT:
+        promised &= yardstick.lambda_min_W > UNIT * yardstick.norm_W
+    judged = judge(yardstick, solution.x, solution.y, codes, Allowance.of_closed_form(bound), promised)
     more = {"backend": f"closed_form:{name}", "solve_time": each, "runtime": each}
     rows = np.arange(len(problem))
     return record_table(work, form.task, rows, judged, solution.x, solution.y, codes, list(solution.said), more)
@@ -285,7 +335,9 @@ def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: fl
 
     rows = np.concatenate(members)
     qdot, y, status = (joined([getattr(batch, name) for batch in batches]) for name in ("qdot", "y", "status"))
-    promised = joined([_promised(BACKENDS[b.backend].promise, p.curvature, p.full_rank) for b, p in zip(batches, posed, strict=True)])
+    promised = joined(
+        [_promised(BACKENDS[b.backend].promise, p.curvature, p.full_rank) for b, p in zip(batches, posed, strict=True)]
+    )
     allowance = Allowance.joined([batch.allowance() for batch in batches], members)
     judged = judge(work.yardsticks[task][rows], qdot, y, status, allowance, promised)
     posing_error = joined([p.posing_error for p in posed])

@@ -49,7 +49,9 @@ def real(values: Any, field: str) -> Array:
         raise RangeError(
             f"{field}{list(at)} is {array[at]:.17g}; nonzero magnitudes must lie between {SMALLEST_ENTRY:g} and "
             f"{LARGEST_ENTRY:g}: choose other units",
-            field=field, index=at, value=float(array[at]),
+            field=field,
+            index=at,
+            value=float(array[at]),
         )
     return array
 
@@ -64,9 +66,11 @@ def matrices(values: Any, field: str) -> Array:
 
 def shape(array: Array, trailing: Sequence[str], sizes: dict[str, int], field: str) -> None:
     """Refuse `array` unless its last axes have the sizes that `trailing` names."""
-    want = tuple(sizes.get(letter, array.shape[i - len(trailing)] if array.ndim >= len(trailing) else -1)
-                 for i, letter in enumerate(trailing))
-    if array.ndim < len(trailing) or array.shape[array.ndim - len(trailing):] != want:
+    want = tuple(
+        sizes.get(letter, array.shape[i - len(trailing)] if array.ndim >= len(trailing) else -1)
+        for i, letter in enumerate(trailing)
+    )
+    if array.ndim < len(trailing) or array.shape[array.ndim - len(trailing) :] != want:
         letters = ", ".join(trailing)
         numbers = ", ".join(str(sizes.get(letter, letter)) for letter in trailing)
         raise ShapeError(
@@ -89,7 +93,9 @@ def symmetric(array: Array, field: str) -> Array:
         raise AsymmetricWeightError(
             f"{field}{list(at)} is {array[at]:.17g} but {field}{list(mirror)} is {array[mirror]:.17g}; "
             f"{field} must be symmetric: pass ({field} + {field}')/2 if that is what you mean",
-            field=field, index=at, value=float(array[at]),
+            field=field,
+            index=at,
+            value=float(array[at]),
         )
     return (array + transposed) / 2
 

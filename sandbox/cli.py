@@ -252,7 +252,9 @@ _LISTS = {"sets": _sets, "backends": _backends, "formulations": _formulations, "
 def probe(
     backend: Annotated[Names, typer.Option("--backend", help="backend or library; repeat for several [all]")] = None,
     instances: Annotated[int, typer.Option("--instances", min=1, help="seeded instances per claim")] = 50,
-    folder: Annotated[Path | None, typer.Option("--into", help="keep the result in this run's run.json, for its report")] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--into", help="keep the result in this run's run.json, for its report")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Measure what each backend's documentation promises, and what it does not."""

@@ -89,17 +89,13 @@ def _absolute_product(matrices: Array, vectors: Array) -> Array:
     return (np.abs(matrices) @ np.abs(vectors)[..., None])[..., 0]
 
 
-def judge(
-    yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance: Allowance, promised: Array
-) -> Judgement:
+def judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance: Allowance, promised: Array) -> Judgement:
     """Judge answers qdot (B, n), y (B, m; NaN where none is given) with status codes (B,)."""
     with np.errstate(all="ignore"):  # answers may hold anything: NaN and inf compare as wrong, never as right
         return _judge(yardstick, qdot, y, status, allowance, promised)
 
 
-def _judge(
-    yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance: Allowance, promised: Array
-) -> Judgement:
+def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance: Allowance, promised: Array) -> Judgement:
     view, problem = yardstick.view, yardstick.view.problem
     n, m = problem.n, problem.m
     finite = np.isfinite(qdot).all(axis=-1)

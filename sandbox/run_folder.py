@@ -48,7 +48,9 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
         content["complete"] = True
     finally:
         content["finished"] = datetime.now(UTC).isoformat(timespec="seconds")
-        content["timing"] = {name: round(getattr(campaign.tally, name), 3) for name in ("wall", "solve", "build", "reference", "judge")}
+        content["timing"] = {
+            name: round(getattr(campaign.tally, name), 3) for name in ("wall", "solve", "build", "reference", "judge")
+        }
         for row in content["backends"]:
             _note_presence(row, campaign)
         content["not_run"] = _not_run(out)
@@ -180,5 +182,3 @@ def exported(run: Path, file: Path, told: Callable[[str], None]) -> None:
     table = read_table(run, "records")
     write_parquet(table, file)
     told(f"{table.num_rows} records in {file}")
-
-

@@ -93,7 +93,14 @@ class SolverProcess:
             printed = self.printed.take()
             said = f"{answer.said} | {printed}" if printed else answer.said
             yield (
-                answer.x, answer.y, answer.status.name, said, answer.iterations, answer.build_time, answer.solve_time, wall,
+                answer.x,
+                answer.y,
+                answer.status.name,
+                said,
+                answer.iterations,
+                answer.build_time,
+                answer.solve_time,
+                wall,
             )
 
     def serve(self) -> None:

@@ -50,10 +50,19 @@ class Spectrum:
         """U_r (b, m, r), orthonormal: range J."""
         return self.U[members, :, :r]
 
-    def pseudoinverse(self, r: int, members: Array) -> Array:
-        """J^+ (b, n, m) at rank r."""
-        V, U = self.range_basis(r, members), self.image_basis(r, members)
-        return (V / self.sigma[members, None, :r]) @ np.swapaxes(U, -1, -2)
+    def solve(self, r: int, members: Array, vectors: Array) -> Array:
+        """J^+ v (b, n) for v (b, m), factor by factor: an explicit J^+ would spread its rounding over all directions."""
+        U, V = self.image_basis(r, members), self.range_basis(r, members)
+        parts = (np.swapaxes(U, -1, -2) @ vectors[..., None]) / self.sigma[members, :r, None]
+        solution: Array = (V @ parts)[..., 0]
+        return solution
+
+    def solve_transposed(self, r: int, members: Array, vectors: Array) -> Array:
+        """J^+' v (b, m) for v (b, n)."""
+        U, V = self.image_basis(r, members), self.range_basis(r, members)
+        parts = (np.swapaxes(V, -1, -2) @ vectors[..., None]) / self.sigma[members, :r, None]
+        solution: Array = (U @ parts)[..., 0]
+        return solution
 
 
 def numerical_rank(sigma: Array, m: int, n: int) -> Array:

@@ -172,7 +172,7 @@ class Workers:
         failures = 0
         while len(todo):
             if patience is not None and failures >= patience:
-                answers.fail(todo, Status.NOT_RUN, f"stopped after {failures} crashes or time-outs in this set")
+                answers.fail(todo, Status.NOT_RUN, "stopped here: too many crashes or time-outs in this set")
                 break
             answers, todo, failed = self._attempt(row, qp, settings, time_limit, answers, todo)
             failures += failed

@@ -50,6 +50,16 @@ for (const group of document.querySelectorAll(".switch")) {
   show(0);
 }
 
+// ---- counts of a matrix open their cases ---------------------------------------------------------------------------------
+for (const table of document.querySelectorAll("table.matrix[data-t]")) {
+  const { t, x, s } = table.dataset;
+  for (const count of table.querySelectorAll("a[data-v]")) {
+    const f = count.closest("td").dataset.f;
+    const parts = new URLSearchParams({ v: count.dataset.v, b: count.closest("tr").dataset.b, ...(f ? { f } : {}), t, x, ...(f ? { s } : {}) });
+    count.href = `#${parts}`.replaceAll("+", "%20").replaceAll("%3A", ":");
+  }
+}
+
 // ---- where the reader is ------------------------------------------------------------------------------------------------
 const places = new Map([...document.querySelectorAll("nav a")].map((a) => [a.hash.slice(1), a]));
 const watcher = new IntersectionObserver((entries) => {
@@ -110,7 +120,7 @@ function fragment(extra = {}) {
   if (filters.text) parts.set("q", filters.text);
   if (sort) parts.set("sort", (sort.down ? "-" : "") + sort.column);
   for (const [key, x] of Object.entries(extra)) if (x) parts.set(key, x);
-  return `#${parts}`.replaceAll("%3A", ":").replaceAll("%7E", "~");
+  return `#${parts}`.replaceAll("+", "%20").replaceAll("%3A", ":").replaceAll("%7E", "~");
 }
 
 function select() {

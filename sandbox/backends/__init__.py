@@ -104,9 +104,7 @@ def _qpsolvers(
     )  # fmt: skip
 
 
-def _cvxpy(
-    engine: str, licence: str, method: str, package: str = "", *, without_rows: bool = True
-) -> tuple[Backend, Backend]:
+def _cvxpy(engine: str, licence: str, method: str, package: str = "", *, without_rows: bool = True) -> tuple[Backend, Backend]:
     install = f"pip install cvxpy {package or engine.lower()}"
     by_rule, assumed = (
         Backend(
@@ -163,18 +161,31 @@ _ROWS = (
     _casadi("fatrop", "LGPL-3.0-or-later", f"{_IPM} for optimal control"),
     _casadi("piqp", "BSD-2-Clause", f"proximal {_IPM}"),
     _casadi(
-        "hpipm", "BSD-2-Clause", f"{_IPM} for optimal control",
-        message="does not correspond to what the interface can handle", without_rows=False,  # it dies of SIGSEGV there
+        "hpipm",
+        "BSD-2-Clause",
+        f"{_IPM} for optimal control",
+        message="does not correspond to what the interface can handle",
+        without_rows=False,  # it dies of SIGSEGV there
     ),
     _casadi("clp", "EPL-2.0", "simplex", message="Not an LP"),
     _casadi("ipopt", "EPL-2.0", f"{_IPM}, nonlinear", _IPOPT, sampled=True),
     _casadi("sqpmethod", "LGPL-3.0-or-later", "sequential quadratic programming", SILENCE, sampled=True),
-    Backend("numpy:lstsq", "numpy", "lstsq", "BSD-3-Clause", "least squares on the KKT system", SILENCE,
-            install="pip install numpy"),
-    Backend("scipy:slsqp", "scipy", "slsqp", "BSD-3-Clause", "sequential least squares, BFGS", SILENCE,
-            install="pip install scipy"),
-    Backend("scipy:trust-constr", "scipy", "trust-constr", "BSD-3-Clause", "trust-region SQP, nonlinear", SILENCE,
-            sampled=True, install="pip install scipy"),
+    Backend(
+        "numpy:lstsq", "numpy", "lstsq", "BSD-3-Clause", "least squares on the KKT system", SILENCE, install="pip install numpy"
+    ),
+    Backend(
+        "scipy:slsqp", "scipy", "slsqp", "BSD-3-Clause", "sequential least squares, BFGS", SILENCE, install="pip install scipy"
+    ),
+    Backend(
+        "scipy:trust-constr",
+        "scipy",
+        "trust-constr",
+        "BSD-3-Clause",
+        "trust-region SQP, nonlinear",
+        SILENCE,
+        sampled=True,
+        install="pip install scipy",
+    ),
 )
 
 BACKENDS: dict[str, Backend] = {row.name: row for row in _ROWS}

@@ -133,13 +133,17 @@ def guarded(solve: Solve) -> Solve:
 
 _WORDS = (  # the first that occurs decides; capitals, blanks and _ - are levelled before
     (r"infeasible or unbounded|unbounded or infeasible|infeasibleorunbounded|unboundedorinfeasible", Status.FAILED),
-    (r"non ?convex|non ?cvx|indefinite|positive ?(semi ?)?definite|\bdcp\b|inertia|\bosqpexception: 4\b|solvererror: 4$",
-     Status.NONCONVEX),
+    (
+        r"non ?convex|non ?cvx|indefinite|positive ?(semi ?)?definite|\bdcp\b|inertia|\bosqpexception: 4\b|solvererror: 4$",
+        Status.NONCONVEX,
+    ),
     (r"rank ?\(a\) ?< ?p|rank ?deficient|singular matrix c|linearly dependent|overdetermined", Status.RANK_DEFICIENT),
     (r"dual ?infeasible|unbounded|diverging", Status.UNBOUNDED),
     (r"infeasib|inconsistent|incompatible", Status.INFEASIBLE),
-    (r"inaccurate|acceptable|almost|limit|max(imum)? ?(number of )?iter|insufficient ?progress|too small|\bmaxit\b",
-     Status.LIMIT),
+    (
+        r"inaccurate|acceptable|almost|limit|max(imum)? ?(number of )?iter|insufficient ?progress|too small|\bmaxit\b",
+        Status.LIMIT,
+    ),
 )
 
 

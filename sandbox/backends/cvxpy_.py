@@ -14,6 +14,7 @@ SCS         quadratic objective         eps_abs = eps_rel = 1e-5
 
 H           refused by the rules of disciplined convex programming unless positive semidefinite (by ARPACK);
             "+assume_psd" says quad_form(x, H, assume_PSD=True), and the engine gets whatever H is
+1e-9        CVXOPT gives up on most problems there ("unknown", which cvxpy calls solver_error)
 A           as the engine; CVXOPT's redundant rows are removed beforehand
 y           ours: Hx + g + A'y = 0
 built anew  a parametrised problem would need H declared positive semidefinite, which is what is at stake;

@@ -57,8 +57,12 @@ def _slsqp(options: dict[str, Any]) -> Solve:
         rows = [{"type": "eq", "fun": lambda x: A @ x - b, "jac": lambda x: A}] if len(b) else []
         built = perf_counter()
         result = minimize(
-            lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g), np.zeros(len(g)), jac=True, method="SLSQP",
-            constraints=rows, options=options,
+            lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g),
+            np.zeros(len(g)),
+            jac=True,
+            method="SLSQP",
+            constraints=rows,
+            options=options,
         )
         done = perf_counter()
         status = SLSQP.get(int(result.status), Status.FAILED)
@@ -77,8 +81,13 @@ def _trust_constr(options: dict[str, Any]) -> Solve:
         rows = [LinearConstraint(A, b, b)] if len(b) else []
         built = perf_counter()
         result = minimize(
-            lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g), np.zeros(len(g)), jac=True, hess=lambda x: H,
-            method="trust-constr", constraints=rows, options=options,
+            lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g),
+            np.zeros(len(g)),
+            jac=True,
+            hess=lambda x: H,
+            method="trust-constr",
+            constraints=rows,
+            options=options,
         )
         done = perf_counter()
         status = TRUST_CONSTR.get(int(result.status), Status.FAILED)

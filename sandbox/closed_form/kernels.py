@@ -54,8 +54,18 @@ def backward(L: Array, b: Array) -> None:
 
 
 def eq2_5(
-    J: Array, xdot: Array, W: Array, gradf: Array, alpha: Any, weighted: bool,
-    L: Array, Jh: Array, zh: Array, M: Array, x: Array, y: Array,
+    J: Array,
+    xdot: Array,
+    W: Array,
+    gradf: Array,
+    alpha: Any,
+    weighted: bool,
+    L: Array,
+    Jh: Array,
+    zh: Array,
+    M: Array,
+    x: Array,
+    y: Array,
 ) -> int:
     """Eqs. (2)-(5) in the order of section IV; y solves (Jh Jh') y = xdot - Jh zh, so W x + a = J'y.
 
@@ -172,8 +182,20 @@ def weigh_row(W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int
 
 
 def eq6(
-    J: Array, xdot: Array, W: Array, E: Array, gamma: Array, gradf: Array, alpha: Any, weighted: bool,
-    A: Array, N: Array, p: Array, b: Array, t: Array, x: Array,
+    J: Array,
+    xdot: Array,
+    W: Array,
+    E: Array,
+    gamma: Array,
+    gradf: Array,
+    alpha: Any,
+    weighted: bool,
+    A: Array,
+    N: Array,
+    p: Array,
+    b: Array,
+    t: Array,
+    x: Array,
 ) -> int:
     """Eq. (6) as section IV computes it: LU of J with column pivoting, extended by the rows N'W.
 
@@ -242,8 +264,20 @@ def multipliers(
 
 
 def pivot_roundings(
-    W: Array, E: Array, gamma: Array, weighted: bool, A: Array, N: Array, p: Array, m: int,
-    G: Array, X: Array, w: Array, v: Array, d: Array, bound: Array,
+    W: Array,
+    E: Array,
+    gamma: Array,
+    weighted: bool,
+    A: Array,
+    N: Array,
+    p: Array,
+    m: int,
+    G: Array,
+    X: Array,
+    w: Array,
+    v: Array,
+    d: Array,
+    bound: Array,
 ) -> None:
     """Rounding error of every pivot that eq. (6) computed, in units of n u, to first order (ours, not the paper's).
 
@@ -338,8 +372,19 @@ def eq2_5_stack(
 
 
 def eq6_stack(
-    J: Array, xdot: Array, W: Array, E: Array, gamma: Array, a: Array, alpha: Any, weighted: bool,
-    x: Array, y: Array, pivot: Array, bound: Array, code: Array,
+    J: Array,
+    xdot: Array,
+    W: Array,
+    E: Array,
+    gamma: Array,
+    a: Array,
+    alpha: Any,
+    weighted: bool,
+    x: Array,
+    y: Array,
+    pivot: Array,
+    bound: Array,
+    code: Array,
 ) -> None:
     """Eq. (6) on every member, with multipliers, pivots (B, n) and the rounding of each in units of n u."""
     m, n = J.shape[1:]

@@ -16,8 +16,16 @@ Array = np.ndarray
 
 
 def eq6_on(
-    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1, E: Any = None, gamma: Any = None,
-    *, multipliers: bool = True,
+    number: Callable[[Any], Any],
+    J: Any,
+    xdot: Any,
+    W: Any,
+    gradf: Any,
+    alpha: Any = 1,
+    E: Any = None,
+    gamma: Any = None,
+    *,
+    multipliers: bool = True,
 ) -> tuple[int, Array, Array, Array]:
     """(code, x, y, pivots) of eq. (6) on one problem, every entry made by `number`; W None is the identity.
 
@@ -37,9 +45,7 @@ def eq6_on(
     return code, x, y, np.diagonal(A).copy()
 
 
-def eq2_5_on(
-    number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1
-) -> tuple[int, Array, Array]:
+def eq2_5_on(number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1) -> tuple[int, Array, Array]:
     """(code, x, y) of eqs. (2)-(5) on one problem; W None is the identity."""
     J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)
     m, n = J.shape

@@ -63,7 +63,7 @@ def _build(problem: VelocityProblem, *, unit: bool) -> Posing:
         c = np.maximum(0, -2 * smallest_eigenvalue(S)) if r else np.zeros(len(keep))
         c = c + CONVEXITY_SHARE * size[members[keep]] / largest**2
         if unit:
-            q_p = times(spectrum.pseudoinverse(r, members[keep]), part.xdot)
+            q_p = spectrum.solve(r, members[keep], part.xdot)
             H = W + c[:, None, None] * (V @ transpose(V))
             g = part.a - c[:, None] * times(V, times(transpose(V), q_p))
         else:

@@ -65,11 +65,13 @@ def then_hierarchical(problem: VelocityProblem, posed: Posed, x: Array) -> Posed
     return Posed(posed.index, QP(problem.W.dense(), problem.a, rows, times(rows, x)), posed.keep)
 
 
-RANGE_SPACE = Formulation(
-    "range_space", "least_squares", "U_r'Wx J qdot = U_r'Wx xdot", build_range_space, recover_range_space
-)
+RANGE_SPACE = Formulation("range_space", "least_squares", "U_r'Wx J qdot = U_r'Wx xdot", build_range_space, recover_range_space)
 NORMAL_EQUATIONS = Formulation(
-    "normal_equations", "least_squares", "J'WxJ qdot = J'Wx xdot, redundant rows", build_normal_equations, recover_normal_equations
+    "normal_equations",
+    "least_squares",
+    "J'WxJ qdot = J'Wx xdot, redundant rows",
+    build_normal_equations,
+    recover_normal_equations,
 )
 HIERARCHICAL = Formulation(
     "hierarchical", "least_squares", "first the target alone, then the weight with the target held",

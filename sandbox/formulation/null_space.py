@@ -21,7 +21,7 @@ def build(problem: VelocityProblem) -> Posing:
     refused: dict[int, tuple[Status, str]] = {}
     for r, members in spectrum.by_rank():
         part = problem[members]
-        q_p = times(spectrum.pseudoinverse(r, members), part.xdot)
+        q_p = spectrum.solve(r, members, part.xdot)
         miss = np.abs(times(part.J, q_p) - part.xdot).max(axis=-1)
         scale = spectrum.sigma[members, 0] * np.abs(q_p).max(axis=-1) + np.abs(part.xdot).max(axis=-1)
         consistent = miss <= CONSISTENCY * problem.n * UNIT * scale
@@ -38,7 +38,7 @@ def build(problem: VelocityProblem) -> Posing:
         N = spectrum.null_basis(r, members[keep])
         g = times(transpose(N), part.a) + times(part.W.left(N), q_p)
         qp = QP(reduced_weight(part, N), g, np.zeros((len(keep), 0, problem.n - r)), np.zeros((len(keep), 0)))
-        kept = {"q_p": q_p, "N": N, "J_plus": spectrum.pseudoinverse(r, members[keep])}
+        kept = {"q_p": q_p, "N": N}
         parts.append(Posed(members[keep], qp, kept))
     return Posing(parts, refused)
 
@@ -47,7 +47,11 @@ def recover(problem: VelocityProblem, posed: Posed, x: Array, y: Array) -> tuple
     """Joint rates q_p + N z; y from J'y = -(W qdot + a) through J^+'."""
     qdot = posed.keep["q_p"] + times(posed.keep["N"], x)
     gradient = problem.W.times(qdot[..., None])[..., 0] + problem.a
-    return qdot, -times(transpose(posed.keep["J_plus"]), gradient)
+    spectrum = Spectrum.of(problem)
+    y = np.full((len(problem), problem.m), np.nan)
+    for r, members in spectrum.by_rank():
+        y[members] = -spectrum.solve_transposed(r, members, gradient[members])
+    return qdot, y
 
 
 NULL_SPACE = Formulation("null_space", "exact", "qdot = J^+ xdot + N z: no constraint is left", build, recover)

@@ -1,0 +1,210 @@
+"""The report as its reader meets it, in Chromium."""
+
+from __future__ import annotations
+
+import csv
+import re
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import pytest
+
+from tests.reports.conftest import Report
+
+pytestmark = pytest.mark.browser
+
+AXE = (Path(__file__).parent / "assets" / "axe.min.js").read_text(encoding="utf-8")
+CHARTS = ("error", "time", "lambda", "sigma", "ratio")
+
+
+def shown(page: Any) -> int:
+    """Number of cases that pass the filters, as the page says."""
+    return int(re.match(r"([\d,]+) of", page.locator(".tools output").inner_text())[1].replace(",", ""))
+
+
+def column(page: Any, place: int) -> list[str]:
+    """The visible cells of one column of the case table."""
+    return page.locator(f".scroller tbody tr:not(.spacer) > :nth-child({place})").all_inner_texts()
+
+
+def violations(page: Any, within: str = "document") -> list[str]:
+    """What axe-core finds against WCAG 2 and 2.1, A and AA."""
+    page.evaluate(AXE)
+    found = page.evaluate(f"() => axe.run({within}, {{runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']}})")
+    return [f"{v['id']}: {n['html'][:160]} {n['failureSummary']}" for v in found["violations"] for n in v["nodes"][:2]]
+
+
+def test_a_count_of_the_matrix_leads_to_its_cases_and_on_to_one_case(visit: Any, report: Report) -> None:
+    """From a cell of the matrix to the cases it counts, to one case with seventeen digits and the command that repeats it."""
+    page = visit()
+    page.get_by_role("button", name=re.compile("^no minimum")).first.click()
+    row = page.locator("table.matrix:visible tr[data-b='proxsuite:dense']").first
+    count = row.locator("td[data-f=direct] a[data-v=false_success]")
+    number = int(count.inner_text().split()[0])
+    count.click()
+    assert shown(page) == number > 0
+    assert set(column(page, 6)) == {"false success"} and set(column(page, 4)) == {"proxsuite:dense"}
+    page.locator(".scroller tbody a").first.click()
+    dialog = page.locator("dialog[open]")
+    problem = dialog.locator("h2").inner_text().split()[-1]
+    command = f"sandbox show {report.run} {problem} --backend proxsuite:dense --formulation direct --settings high_accuracy"
+    assert f"{command}\n{command} --script" in dialog.inner_text()
+    with duckdb.connect() as database:
+        W = database.execute(
+            f"select W_base from '{report.run}/problems/*.parquet' where problem = ?", [problem]
+        ).fetchone()[0]  # fmt: skip
+    cells = dialog.get_by_role("region", name="W", exact=True).locator("td").all_inner_texts()
+    assert [float(cell) for cell in cells] == W
+    assert all(len(Decimal(cell).as_tuple().digits) == 17 for cell in cells)
+
+
+def test_a_permalink_restores_filter_and_case(visit: Any) -> None:
+    """The address of a case opened in another tab shows the same filter and the same case; Escape leaves the filter."""
+    page = visit()
+    page.locator("[data-filter=verdict]").select_option("crashed")
+    page.locator("input[type=search]").fill("direct")
+    left = shown(page)
+    page.locator(".scroller tbody a").first.click()
+    title = page.locator("dialog[open] h2").inner_text()
+    again = visit(page.evaluate("location.hash"))
+    assert again.locator("dialog[open] h2").inner_text() == title
+    again.keyboard.press("Escape")
+    assert again.locator("dialog[open]").count() == 0
+    assert again.locator("[data-filter=verdict]").input_value() == "crashed"
+    assert again.locator("input[type=search]").input_value() == "direct"
+    assert shown(again) == left > 0 and "case=" not in again.url
+
+
+def test_a_case_that_is_not_embedded_is_named_with_its_command(visit: Any) -> None:
+    """A link to a case outside the page says how to show it."""
+    page = visit("#case=0000000000000000~osqp~direct~high_accuracy~exact")
+    assert "sandbox show" in page.locator("dialog[open]").inner_text()
+    assert "0000000000000000 --backend osqp" in page.locator("dialog[open]").inner_text()
+
+
+def test_filters_narrow_and_clear_restores(visit: Any) -> None:
+    """Each filter leaves only cases that match it, and the text filter looks into what the solver said."""
+    page = visit()
+    every = shown(page)
+    page.locator("[data-filter=formulation]").select_option("null_space")
+    assert set(column(page, 5)) == {"null space"} and 0 < shown(page) < every
+    page.locator("[data-filter=formulation]").select_option("(none)")
+    assert all(cell.endswith("(closed form)") for cell in column(page, 4)) and shown(page) > 0
+    page.locator("#clear").click()
+    assert shown(page) == every
+    page.locator("input[type=search]").fill("速度")
+    assert 0 < shown(page) < every
+    page.locator(".scroller tbody a").first.click()
+    assert "<script>window.hacked = 1</script>" in page.locator("dialog[open] .quote").inner_text()
+    assert page.evaluate("window.hacked") is None
+
+
+def test_columns_sort_both_ways(visit: Any) -> None:
+    """A header sorts down, then up, says so to assistive technology, and cases without a value come last."""
+    page = visit("#v=inaccurate")
+    header = page.locator("th[data-column=error]")
+    for direction, sign in (("descending", -1), ("ascending", 1)):
+        header.get_by_role("button").click()
+        assert header.get_attribute("aria-sort") == direction
+        values = [float(cell.replace("−", "-")) for cell in column(page, 7) if cell != "–"]
+        assert len(values) > 5 and values == sorted(values, key=lambda x: sign * x)
+    assert "sort=error" in page.url
+
+
+def test_the_case_table_works_by_keyboard_and_draws_only_what_is_seen(visit: Any) -> None:
+    """Arrow keys and End move through all rows, Enter opens; the document holds a few dozen of them."""
+    page = visit()
+    page.locator(".scroller tbody a").first.focus()
+    page.keyboard.press("End")
+    page.wait_for_function(f"document.activeElement.dataset.place === '{shown(page) - 1}'")
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate("document.activeElement.dataset.place") == str(shown(page) - 2)
+    assert len(column(page, 1)) < 60
+    page.keyboard.press("Enter")
+    assert page.locator("dialog[open]").count() == 1
+    first = page.locator("dialog h2").inner_text()
+    page.get_by_role("button", name="Previous").click()
+    page.get_by_role("button", name="Next").click()
+    assert page.locator("dialog h2").inner_text() == first
+
+
+def test_the_filtered_rows_are_saved_as_csv(visit: Any, tmp_path: Path) -> None:
+    """The CSV has one row per filtered case, and reads back whatever the solver said."""
+    page = visit("#b=osqp")
+    with page.expect_download() as download:
+        page.locator("#csv").click()
+    download.value.save_as(tmp_path / "cases.csv")
+    with open(tmp_path / "cases.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == shown(page) > 0
+    assert {row["backend"] for row in rows} == {"osqp"}
+
+
+def test_failures_are_listed_with_links(visit: Any) -> None:
+    """Opening a list shows as many linked cases as it counts."""
+    page = visit()
+    listing = page.locator(".listing[data-verdict=false_success]").last
+    number = int(listing.locator("summary").inner_text().split(":")[-1].split(",")[0])
+    listing.locator("summary").click()
+    assert listing.locator("li a").count() == number > 0
+    listing.locator("li a").first.click()
+    assert "false success" in page.locator("dialog[open]").inner_text()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_accessibility_violation(visit: Any, short_report: Report, scheme: str) -> None:
+    """WCAG 2.1 A and AA hold in both colour schemes, with the plots drawn, a list open and a case shown."""
+    page = visit(page_of=short_report, color_scheme=scheme, reduced_motion="reduce")
+    for chart in CHARTS:
+        page.locator(f"[data-chart={chart}]").scroll_into_view_if_needed()
+        page.wait_for_selector(f"[data-chart={chart}][data-drawn] .main-svg")
+    page.locator(".listing summary").first.click()
+    page.locator("[data-chart=error] .names button").first.click()
+    assert violations(page) == []
+    page.evaluate("document.querySelector('.scroller tbody a').click()")
+    page.wait_for_selector("dialog[open]")
+    assert violations(page, "'dialog'") == []
+
+
+def test_the_switch_overrides_the_system_and_plots_follow(visit: Any) -> None:
+    """Dark by the system's wish; one press of the switch makes it light, plots included."""
+    page = visit(color_scheme="dark")
+    page.locator("[data-chart=error]").scroll_into_view_if_needed()
+    page.wait_for_selector("[data-chart=error][data-drawn] .main-svg")
+    colours = (
+        "() => [getComputedStyle(document.body).backgroundColor, getComputedStyle(document.querySelector('.xtick text')).fill]"
+    )
+    before = page.evaluate(colours)
+    page.locator("#theme").click()
+    after = page.evaluate(colours)
+    assert page.locator("#theme").inner_text() == "Theme: light"
+    assert before[0] != after[0] and before[1] != after[1]
+
+
+def test_readable_without_javascript(visit: Any) -> None:
+    """With JavaScript off all findings, panels, rankings and the worst failures stand, and no dead control does."""
+    page = visit(java_script_enabled=False)
+    text = page.locator("main").inner_text()
+    for phrase in (
+        "false successes by",
+        "sandbox verify --out",
+        "What did not run",
+        "pip install casadi",
+        "Which should I use",
+        "The worst 50",
+    ):
+        assert phrase in text
+    assert page.locator("table.matrix").count() > 5
+    assert all(table.is_visible() for table in page.locator("table.matrix").all())
+    assert not any(control.is_visible() for control in page.locator("button, select, input").all())
+
+
+def test_printed_it_shows_every_panel_and_the_worst_failures(visit: Any) -> None:
+    """On paper all panels and the list of the worst failures stand; navigation, filters and the virtual table do not."""
+    page = visit()
+    page.emulate_media(media="print")
+    assert all(panel.is_visible() for panel in page.locator(".panel").all())
+    assert page.locator("#worst").is_visible() and page.locator("#worst tbody tr").count() == 50
+    assert not page.locator("nav").is_visible() and not page.locator("#explorer").is_visible()

@@ -1,0 +1,168 @@
+"""Every closed form is within its own error bound of the exact answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from flint import fmpq, fmpq_mat
+
+from sandbox.closed_form import CLOSED_FORMS
+from sandbox.closed_form.damped_least_squares import slack_problem
+from sandbox.problem import VelocityProblem
+from sandbox.tolerances import DAMPING
+from sandbox.weight import Weight
+
+Array = np.ndarray
+
+KINDS = {
+    "plain": {},
+    "W>0": {"positive": True},
+    "J 1e4": {"cond_J": 4},
+    "J 1e8": {"cond_J": 8},
+    "W>0, J 1e6": {"cond_J": 6, "positive": True},
+    "S_T 1e4": {"tangent": 4},
+    "S_T 1e8": {"tangent": 8},
+    "S_T 1e4, J 1e4": {"tangent": 4, "cond_J": 4},
+    "C 1e4": {"cross": 4},
+    "S_N 1e4, J 1e4": {"cond_S": 4, "cond_J": 4},
+    "W>0, S_N 1e4": {"cond_S": 4, "positive": True},
+    "rows 1e6": {"rows": 6},
+    "gradient 1e6": {"gradient": 6},
+}
+PER_CELL = 20
+
+
+@pytest.fixture(scope="module")
+def pool(manufactured: Callable, exact: Callable, reach: Callable) -> list[tuple[str, VelocityProblem, Array, Array, Array]]:
+    """2080 manufactured problems with their exact answers: kind, stack, x, y, reach."""
+    rng = np.random.default_rng(20000)
+    stacks = []
+    for kind, knobs in KINDS.items():
+        for n, m in ((2, 1), (3, 2), (4, 2), (5, 3), (6, 4), (7, 6), (7, 3), (9, 6)):
+            problem = manufactured(rng, n, m, PER_CELL, **knobs)
+            x, y = exact(problem)
+            stacks.append((kind, problem, x, y, reach(problem, x)))
+    assert sum(len(stack[1]) for stack in stacks) >= 2000
+    return stacks
+
+
+@pytest.mark.parametrize("name", [name for name, form in CLOSED_FORMS.items() if form.task != "damped"])
+def test_within_its_bound(name: str, pool: list) -> None:
+    """|x - x*|_inf <= bound max(|x*|_inf, s) on every problem the form answers; multipliers to the same share of |W||x*| + |a|."""
+    form = CLOSED_FORMS[name]
+    judged = 0
+    for kind, problem, x, y, reach in pool:
+        answer, bound = form.function(problem), form.bound(problem)
+        assert not np.isnan(bound).any()
+        answered = np.array([status.answered for status in answer.status])
+        assert (answered | (bound >= 1)).all(), f"{kind}: refused though its own bound is below one: {answer.said}"
+        error = np.abs(answer.x - x).max(axis=1) / reach
+        miss = np.abs(np.einsum("bmn,bm->bn", problem.J, answer.y - y)).max(axis=1)
+        terms = np.abs(problem.W.dense()) @ np.abs(x)[..., None]
+        miss = miss / ((terms[..., 0] + np.abs(problem.a)).max(axis=1) * (reach / np.abs(x).max(axis=1)))
+        for value in (error, miss):
+            worst = np.nanmax(np.where(answered, value / bound, np.nan), initial=0)
+            assert worst <= 1, f"{kind}, n = {problem.n}, m = {problem.m}: {worst} times the bound"
+        judged += int((answered & (bound < 1)).sum())
+    assert judged >= (200 if form.domain == "W > 0" else 1500)
+
+
+@pytest.mark.parametrize("name", ["eq6", "eq6_orthonormal", "null_space", "kkt"])
+def test_bounds_are_not_vacuous(name: str, pool: list) -> None:
+    """Somewhere in the pool the error reaches a thousandth of the bound, and on well-conditioned problems the bound is small."""
+    form = CLOSED_FORMS[name]
+    closest = 0.0
+    for kind, problem, x, _, reach in pool:
+        answer, bound = form.function(problem), form.bound(problem)
+        with np.errstate(invalid="ignore"):
+            closest = max(closest, np.nanmax(np.abs(answer.x - x).max(axis=1) / reach / bound))
+        if kind == "plain":
+            assert np.median(bound) < 1e-11
+    assert closest > 1e-3
+
+
+def test_factored_weights_are_within_their_bound(exact: Callable, reach: Callable) -> None:
+    """Weights kept as base + E' Gamma E: with and without a base, as many rows as null J has columns or more."""
+    rng = np.random.default_rng(71)
+    for n, m, k, share in ((4, 2, 2, 0.0), (7, 4, 3, 0.0), (7, 4, 5, 0.0), (5, 3, 2, 1e-2), (6, 4, 2, 1e-6)):
+        problem = VelocityProblem(
+            J=rng.normal(size=(40, m, n)), xdot=rng.normal(size=(40, m)), a=rng.normal(size=(40, n)),
+            W=Weight(share * np.eye(n), rng.normal(size=(40, k, n)), rng.uniform(0.1, 10, (40, k))),
+        )  # fmt: skip
+        x, _ = exact(problem)
+        for name in ("eq6", "eq6_orthonormal", "null_space", "kkt", "finsler", "eq13"):
+            answer, bound = CLOSED_FORMS[name].function(problem), CLOSED_FORMS[name].bound(problem)
+            error = np.abs(answer.x - x).max(axis=1) / reach(problem, x)
+            assert (error <= bound).all(), name
+
+
+def test_damping_is_within_its_bound(manufactured: Callable, exact: Callable, reach: Callable) -> None:
+    """Damped least squares meets the exact answer of the arm with slack joints, also where J loses rank."""
+    rng = np.random.default_rng(72)
+    form = CLOSED_FORMS["damped_least_squares"]
+    for n, m, cond_J in ((3, 2, 0), (4, 2, 8), (7, 6, 12), (2, 2, 0)):
+        problem = manufactured(rng, n, m, 20, positive=True, cond_J=cond_J)
+        slack = slack_problem(problem, DAMPING)
+        x, y = exact(slack)
+        answer, bound = form.function(problem), form.bound(problem)
+        error = np.abs(answer.x - x[:, :n]).max(axis=1) / reach(slack, x)
+        assert (error <= bound).all() and (bound < 1e-6).all()
+        np.testing.assert_allclose(answer.y, y, rtol=0, atol=bound.max() * np.abs(x).max() * 10)
+
+
+def _least_squares(J: Array, B: Array, A: Array, W: Array, Wx: Array, a: Array, xdot: Array) -> Array:
+    """The exact answer to eq. (13) for J = A B of rank r, over the rationals: B x = (A'Wx A)^-1 A'Wx xdot, W x + a in range B'."""
+    n, r = len(a), len(B)
+    rows = np.zeros((0, 1))
+    if r:
+        AtWx = fmpq_mat([[fmpq(*float(v).as_integer_ratio()) for v in row] for row in A.T @ Wx])
+        rows = (AtWx * _column(A)).solve(AtWx * _column(xdot[:, None]))
+    K = [[fmpq(*float(v).as_integer_ratio()) for v in row] for row in np.block([[W, B.T], [B, np.zeros((r, r))]])]
+    right = [[fmpq(*float(-v).as_integer_ratio())] for v in a] + [[rows[i, 0]] for i in range(r)]
+    z = fmpq_mat(K).solve(fmpq_mat(right))
+    return np.array([int(z[i, 0].p) / int(z[i, 0].q) for i in range(n)])
+
+
+def _column(values: Array) -> fmpq_mat:
+    return fmpq_mat([[fmpq(*float(v).as_integer_ratio()) for v in row] for row in values])
+
+
+def test_eq13_is_within_its_bound_at_every_rank() -> None:
+    """Integer Jacobians of exact rank 0..min(m, n), Wx also indefinite off range J, W also indefinite: eq. (13) is exact to its bound."""
+    rng = np.random.default_rng(73)
+    form = CLOSED_FORMS["eq13"]
+    ranks = set()
+    for trial in range(250):
+        n, m = rng.integers(1, 8, 2)
+        r = rng.integers(0, min(m, n) + 1)
+        A, B = rng.integers(-4, 5, (m, r)), rng.integers(-4, 5, (r, n))
+        if min(np.linalg.matrix_rank(A) if r else 0, np.linalg.matrix_rank(B) if r else 0) < r:
+            continue
+        J = (A @ B).astype(float)
+        G, H = rng.integers(-3, 4, (m, m)), rng.integers(-2, 3, (n, n))
+        Wx = G @ G.T + np.eye(m)
+        if trial % 3 == 0 and r < m:  # indefinite, but positive on range J
+            off = np.linalg.svd(A)[0][:, r:] if r else np.eye(m)
+            Wx = np.eye(m) - np.rint(32 * off @ off.T) / 8
+            Wx = (Wx + Wx.T) / 2
+        W = H @ H.T + np.eye(n) - (trial % 2) * J.T @ J
+        a, xdot = rng.integers(-4, 5, n).astype(float), rng.integers(-4, 5, m).astype(float)
+        if trial % 4 == 0:
+            xdot = J @ rng.integers(-3, 4, n)
+        problem = VelocityProblem(J=J, xdot=xdot, W=W, a=a, Wx=Wx).stacked()
+        answer, bound = form.function(problem), form.bound(problem)[0]
+        assert answer.status[0].answered, answer.said[0]
+        x = _least_squares(J, B.astype(float), A.astype(float), W, Wx, a, xdot)
+        if not x.any():  # relative to nothing: only 0 is right
+            assert not answer.x[0].any()
+            continue
+        assert np.abs(answer.x[0] - x).max() <= bound * np.abs(x).max()
+        gradient, size = W @ answer.x[0] + a, np.abs(W) @ np.abs(x) + np.abs(a)
+        assert np.abs(gradient + J.T @ answer.y[0]).max() <= bound * size.max()
+        image = Wx @ A
+        inside = image @ np.linalg.lstsq(image, answer.y[0], rcond=None)[0] if r else np.zeros(m)
+        assert np.abs(inside - answer.y[0]).max() <= bound * max(np.abs(answer.y[0]).max(), 1)
+        ranks.add((int(min(m, n) - r), bool(n < m)))
+    assert len(ranks) >= 8
