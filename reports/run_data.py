@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import duckdb
+import pyarrow as pa
 
-from sandbox.records import read_run, read_table
+from sandbox.records import PROBLEMS, RECORDS, TRUTH, read_part, read_run
 
 CLOSED = "closed_form:"
 """Backends with this prefix are closed forms."""
@@ -33,35 +33,35 @@ class RunData:
         self.folder = Path(folder)
         self.about: dict[str, Any] = read_run(self.folder)
         self.connection = duckdb.connect(":memory:", config={"threads": 2})
-        records = read_table(self.folder, "records")
-        present = set(records["settings"].unify_dictionaries().cast("string").unique().to_pylist())
+        for kind, schema in (("problems", PROBLEMS), ("truth", TRUTH), ("raw", RECORDS)):
+            self._load(kind, self.folder / ("records" if kind == "raw" else kind), schema)
+        present = {row["settings"] for row in self.rows("select distinct settings from raw")}
         self.settings: str = next((name for name in _JUDGED_AT if name in present), "high_accuracy")
         """The settings level at which backends are compared by verdict."""
-        self._load("problems", read_table(self.folder, "problems"))
-        self._load("truth", read_table(self.folder, "truth"))
-        self._load(
-            "records",
-            records,
-            ["lower(status) as status"],
-            f"""(row_number() over ())::int as id, starts_with(backend, '{CLOSED}') as closed,
-            (settings is null or settings = '{self.settings}') as judged,
+        self.connection.execute(
+            f"""create view records as select rowid::int as id, * replace (lower(status) as status),
+            starts_with(backend, '{CLOSED}') as closed, (settings is null or settings = '{self.settings}') as judged,
             coalesce(blame = 'formulation', false)
               or (verdict in ('limit', 'right_refusal', 'wrong_refusal', 'out_of_scope') and not coalesce(attainable, true))
-              as apart""",
+              as apart from raw"""
         )
 
-    def _load(self, kind: str, content: Any, replaced: Sequence[str] = (), more: str = "") -> None:
-        """Table `kind` with non-finite numbers as null, columns `replaced`, and `more` columns."""
-        finite = [
+    def _load(self, table: str, folder: Path, schema: pa.Schema) -> None:
+        """Fill `table` from the parts in `folder`, one at a time to save memory; non-finite numbers become null."""
+        finite = ", ".join(
             f'case when isfinite("{field.name}") then "{field.name}" end as "{field.name}"'
-            if str(field.type) == "double"
+            if field.type == pa.float64()
             else f'[case when isfinite(x) then x end for x in "{field.name}"] as "{field.name}"'
-            for field in content.schema
-            if "double" in str(field.type)
-        ]
-        columns = ", ".join([f"* replace ({', '.join([*finite, *replaced])})", *([more] if more else [])])
-        self.connection.register("arrow", content)
-        self.connection.execute(f"create table {kind} as select {columns} from arrow")
+            for field in schema
+            if field.type in (pa.float64(), pa.list_(pa.float64()))
+        )
+        select = f"select * replace ({finite}) from arrow"
+        plain = pa.schema([(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type) for f in schema])
+        self.connection.register("arrow", plain.empty_table())
+        self.connection.execute(f"create table {table} as {select}")
+        for part in sorted(folder.glob("*.parquet")):
+            self.connection.register("arrow", read_part(part, schema))
+            self.connection.execute(f"insert into {table} {select}")
         self.connection.unregister("arrow")
 
     def table(self, query: str, parameters: list[Any] | None = None) -> Any:

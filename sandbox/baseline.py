@@ -62,5 +62,6 @@ def fallen(run: Path, file: Path = FILE) -> list[dict[str, object]]:
 
 
 def _rows(database: duckdb.DuckDBPyConnection, query: str) -> list[dict[str, object]]:
-    found: list[dict[str, object]] = database.execute(query).to_arrow_table().to_pylist()
-    return found
+    cursor = database.execute(query)
+    names = [column[0] for column in cursor.description or ()]
+    return [dict(zip(names, row, strict=True)) for row in cursor.fetchall()]

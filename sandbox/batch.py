@@ -44,10 +44,9 @@ class Batch:
     def empty(cls, backend: str, level: str, formulation: str, problem: VelocityProblem, members: Array) -> Batch:
         """Nothing answered yet."""
         B = len(problem)
-        blank = [np.full(B, np.nan) for _ in range(5)]
         status = np.full(B, CODE[Status.NOT_RUN], np.int8)
         qdot, y = np.full((B, problem.n), np.nan), np.full((B, problem.m), np.nan)
-        return cls(backend, level, formulation, members, qdot, y, status, [""] * B, [None] * B, *blank)
+        return cls(backend, level, formulation, members, qdot, y, status, [""] * B, [None] * B, *np.full((5, B), np.nan))
 
     def refuse(self, refused: dict[int, tuple[Status, str]]) -> None:
         """Members that the formulation did not pose."""

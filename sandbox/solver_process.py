@@ -1,6 +1,6 @@
 """The child process of one solver library: reads stacks of QPs from a pipe, answers problem by problem.
 
-Started by worker.py as `python -m sandbox.solver_process LIBRARY FD PROGRESS_FD`. What the solver prints to
+Started by worker.py as `python -m sandbox.solver_process MODULE FD PROGRESS_FD`. What the solver prints to
 the descriptors 1 and 2 is caught and kept as its own words.
 """
 
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import importlib
 import mmap
 import os
 import struct
@@ -18,6 +17,8 @@ import time
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Any
+
+from sandbox.backends.backend import opened
 
 PROGRESS = struct.Struct("qd")
 """Position of the problem being solved and when it was begun (time.monotonic, s); inf while nothing is."""
@@ -63,11 +64,11 @@ class PrintOut:
 class SolverProcess:
     """Serves one library until the pipe closes."""
 
-    def __init__(self, library: str, pipe: Connection, progress: mmap.mmap) -> None:
+    def __init__(self, module: str, pipe: Connection, progress: mmap.mmap) -> None:
         self.pipe = pipe
         self.progress = progress
         self.printed = PrintOut()
-        self.module = importlib.import_module(f"sandbox.backends.{library}_")
+        self.module = module
         self.engines: dict[tuple[str, str], Any] = {}
 
     def mark(self, position: int, begun: float) -> None:
@@ -78,7 +79,7 @@ class SolverProcess:
         """The engine at a settings level, opened once."""
         key = (name, settings)
         if key not in self.engines:
-            self.engines[key] = self.module.open_engine(name, settings)
+            self.engines[key] = opened(self.module, name, settings)
             self.printed.take()
         return self.engines[key]
 
@@ -129,14 +130,14 @@ class SolverProcess:
             self.pipe.send(("done", batch))
 
 
-def main(library: str, descriptor: int, progress: int) -> None:
-    """Serve `library` over the pipe at `descriptor`."""
+def main(module: str, descriptor: int, progress: int) -> None:
+    """Serve the library file `module` over the pipe at `descriptor`."""
     with contextlib.suppress(ImportError, ValueError, OSError):  # no such limit on this system: run without it
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
     pipe = Connection(descriptor)
-    SolverProcess(library, pipe, mmap.mmap(progress, mmap.PAGESIZE)).serve()
+    SolverProcess(module, pipe, mmap.mmap(progress, mmap.PAGESIZE)).serve()
 
 
 if __name__ == "__main__":

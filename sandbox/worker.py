@@ -22,6 +22,7 @@ from sandbox.errors import UnknownNameError
 from sandbox.qp import QP
 from sandbox.solution import CODE, Status
 from sandbox.solver_process import PROGRESS
+from sandbox.tolerances import VERIFIED_RELATIVE
 
 Array = np.ndarray
 
@@ -97,7 +98,7 @@ class Answers:
 class Process:
     """One running solver process and the pipe to it."""
 
-    def __init__(self, library: str) -> None:
+    def __init__(self, module: str) -> None:
         ours, theirs = socket.socketpair()
         self.progress_file = tempfile.TemporaryFile()
         self.progress_file.truncate(mmap.PAGESIZE)
@@ -106,7 +107,7 @@ class Process:
         threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
         descriptors = (theirs.fileno(), self.progress_file.fileno())
         self.child = subprocess.Popen(
-            [sys.executable, "-m", "sandbox.solver_process", library, *map(str, descriptors)],
+            [sys.executable, "-m", "sandbox.solver_process", module, *map(str, descriptors)],
             pass_fds=descriptors, env={**os.environ, **threads}, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
@@ -162,10 +163,12 @@ class Workers:
         Raises
         ------
         UnknownNameError
-            if there is no such backend.
+            if there is no such backend or settings level.
         """
         if backend not in BACKENDS:
             raise UnknownNameError.of("backend", backend, BACKENDS)
+        if settings not in VERIFIED_RELATIVE:
+            raise UnknownNameError.of("settings level", settings, VERIFIED_RELATIVE)
         row = BACKENDS[backend]
         answers = Answers.empty(qp)
         todo = np.arange(len(qp))
@@ -186,7 +189,7 @@ class Workers:
         """Solve members `todo` until done or until the process fails; what is left to do and failures (0 or 1)."""
         process = self._processes.get(row.library)
         if process is None:
-            process = self._processes[row.library] = Process(row.library)
+            process = self._processes[row.library] = Process(row.module)
         part = qp[todo]
         done = 0
         opening = time.monotonic()

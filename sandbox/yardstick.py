@@ -17,6 +17,7 @@ from sandbox.problem import VelocityProblem
 from sandbox.spectrum import Spectrum
 from sandbox.task import TaskView, task_weight
 from sandbox.tolerances import DAMPING
+from sandbox.verdict import EXPECTED
 
 Array = np.ndarray
 
@@ -71,8 +72,6 @@ class Yardstick:
     @classmethod
     def of(cls, problem: VelocityProblem, task: str, truths: Sequence[Any], damping: float = DAMPING) -> Yardstick:
         """Measure a stack with one leading axis against its exact truths."""
-        from sandbox.verdict import EXPECTED
-
         B, m, n = len(problem), problem.m, problem.n
         expected = np.array([EXPECTED.index(t.expected) for t in truths], dtype=np.int8)
         rank = np.array([t.rank for t in truths])
@@ -80,7 +79,7 @@ class Yardstick:
         y = np.array([t.y if t.y is not None else np.full(m, np.nan) for t in truths])
         degrees = np.array([0 if t.freedom is None else t.freedom.shape[1] for t in truths])
         freedom = np.zeros((B, n, n))
-        for i in np.flatnonzero(degrees):
+        for i in np.flatnonzero(degrees).tolist():
             freedom[i] = truths[i].freedom @ truths[i].freedom.T
         dense = problem.W.dense()
         spectrum = Spectrum.of(problem, rank)
@@ -95,7 +94,7 @@ class Yardstick:
             for d in np.unique(degrees[members]):
                 chosen = members[(degrees[members] == d) & (expected[members] <= 1)]
                 if len(chosen):
-                    Z = np.array([truths[i].freedom for i in chosen]) if d else np.zeros((len(chosen), n, 0))
+                    Z = np.array([truths[int(i)].freedom for i in chosen]) if d else np.zeros((len(chosen), n, 0))
                     part = problem[chosen]
                     U = spectrum.image_basis(r, chosen)
                     measured = _condition(part, task, view.scale, dense[chosen], U, r, x[chosen], y[chosen], Z)

@@ -73,7 +73,7 @@ const watcher = new IntersectionObserver((entries) => {
 for (const name of places.keys()) if ($(name)) watcher.observe($(name));
 
 // ---- numbers ------------------------------------------------------------------------------------------------------------
-const exact = (x) => (x === null || x === undefined ? "–" : Number.isInteger(x) && Math.abs(x) < 1e15 ? String(x) : x.toPrecision(17));
+const exact = (x) => (x === null || x === undefined ? "–" : typeof x === "string" ? x : Number.isInteger(x) && Math.abs(x) < 1e15 ? String(x) : x.toPrecision(17));
 const shown = (x) => {
   if (x === null || x === undefined) return "–";
   if (x === 0) return "0";
@@ -89,9 +89,9 @@ const time = (x) => {
 // ---- cases --------------------------------------------------------------------------------------------------------------
 const KEYS = { v: "verdict", b: "backend", f: "formulation", t: "task", s: "settings", x: "expected", set: "set" };
 const COLUMNS = [
-  ["problem", "Case", 98], ["set", "Set", 94], ["expected", "Expected", 110], ["backend", "Backend", 142],
-  ["formulation", "Formulation", 118], ["verdict", "Verdict", 104], ["error", "Error", 56, shown], ["tolerance", "Tolerance", 70, shown],
-  ["lambda_min_W", "λmin(W)", 63, shown], ["sigma_min_J", "σmin(J)", 59, shown], ["solve_time", "Time", 62, time],
+  ["problem", "Case", 98], ["set", "Set", 92], ["expected", "Expected", 116], ["backend", "Backend", 134],
+  ["formulation", "Formulation", 116], ["verdict", "Verdict", 102], ["error", "Error", 58, shown], ["tolerance", "Tolerance", 68, shown],
+  ["lambda_min_W", "λmin(W)", 72, shown], ["sigma_min_J", "σmin(J)", 58, shown], ["solve_time", "Time", 62, time],
 ];
 const ROW = 31;
 const SEVERE = ["false_success", "wrong_refusal", "crashed", "timed_out", "inaccurate", "limit", "out_of_scope", "undecidable", "right_refusal", "verified"];
@@ -333,7 +333,7 @@ function caseBody(i) {
   const compare = (title, own, right) => {
     if (!own && !right) return;
     const size = (own ?? right).length;
-    const table = Array.from({ length: size }, (_, k) => [own?.[k] ?? null, right?.[k] ?? null, own && right ? own[k] - right[k] : null]);
+    const table = Array.from({ length: size }, (_, k) => [own ? own[k] ?? "not finite" : null, right?.[k] ?? null, own && right && own[k] !== null ? own[k] - right[k] : null]);
     parts.push(node("h3", {}, title), digits(title, table, ["", "answer", "truth", "difference"]));
   };
   compare("q̇, joint rates", value("qdot", i), t("x"));
@@ -514,7 +514,7 @@ function ratio() {
         text: [at[0] - 0.2, ...at].map((k) => shown(10 ** k)), hovertemplate: "%{y:.1%} within %{text} of the bound<extra>%{fullData.name}</extra>" };
     });
     const colours = (dark() ? DARK : LIGHT);
-    traces.forEach((trace, k) => { trace.line.color = colours[k % colours.length]; });
+    traces.forEach((trace, k) => { trace.line.color = colours[k % colours.length]; trace.line.dash = DASHES[Math.floor(k / colours.length) * 2]; });
     const lowest = Math.floor(Math.min(-4, ...traces.map((trace) => trace.x[0])));
     return [traces, layout({ xaxis: { title: { text: "error / bound" }, range: [Math.max(-12, lowest), 2], ...powers(-12, 2, 2) }, yaxis: { title: { text: "share of answers" }, range: [0, 1.02], tickformat: ".0%" },
       shapes: [{ type: "line", x0: 0, x1: 0, y0: 0, y1: 1, yref: "paper", line: { color: colours[1], width: 1.5, dash: "dot" } }] })];

@@ -49,7 +49,7 @@ class Backend:
     expected, message : what the reference environment shows; `message` is part of what a row that fails says.
     without_rows : it takes a QP with no equality rows itself.
     sampled : slow; sees every tenth problem of each set in the standard run.
-    install : the line that installs it.
+    install : the line that installs it; package : where the library's file stands.
     """
 
     name: str
@@ -63,6 +63,12 @@ class Backend:
     without_rows: bool = True
     sampled: bool = False
     install: str = ""
+    package: str = "sandbox.backends"
+
+    @property
+    def module(self) -> str:
+        """The file that opens its engines; its library is imported in the process that imports this."""
+        return f"{self.package}.{self.library}_"
 
     def open(self, settings: str) -> Engine:
         """Import the library (into this process, for good) and make the engine ready at a settings level.
@@ -71,8 +77,7 @@ class Backend:
         """
         if settings != "default" and settings not in ASKED:
             raise UnknownNameError.of("settings level", settings, ["default", *ASKED])
-        engine: Engine = import_module(f"sandbox.backends.{self.library}_").open_engine(self.engine, settings)
-        return engine
+        return opened(self.module, self.engine, settings)
 
 
 class Answer(NamedTuple):
@@ -129,6 +134,12 @@ def guarded(solve: Solve) -> Solve:
         return answer
 
     return solve_or_refuse
+
+
+def opened(module: str, engine: str, settings: str) -> Engine:
+    """The engine that the library file `module` opens, its solve made unable to raise."""
+    found: Engine = import_module(module).open_engine(engine, settings)
+    return found._replace(solve=guarded(found.solve))
 
 
 _WORDS = (  # the first that occurs decides; capitals, blanks and _ - are levelled before

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, Solve, guarded, status_of, version
+from sandbox.backends.backend import Answer, Array, Engine, Solve, status_of, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
 
@@ -164,7 +164,6 @@ def _conic(engine: str, options: dict[str, Any]) -> Solve:
 
     patterns: dict[tuple[int, int], dict[str, Any]] = {}
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         p, n = A.shape
@@ -187,7 +186,6 @@ def _conic(engine: str, options: dict[str, Any]) -> Solve:
 def _nonlinear(engine: str, options: dict[str, Any]) -> Solve:
     import casadi
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         x = casadi.SX.sym("x", len(g))

@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, attributes, guarded, plain, status_of, version
+from sandbox.backends.backend import Answer, Array, Engine, attributes, plain, status_of, version
 from sandbox.backends.qpsolvers_ import CVXOPT_DEFAULTS, DAQP, ECOS_DEFAULTS, SCS_DEFAULTS
 from sandbox.backends.qpsolvers_ import asked as asked_of_engine
 from sandbox.solution import Status
@@ -74,7 +74,6 @@ def open_engine(engine: str, settings: str) -> Engine:
         problem = cvxpy.Problem(cvxpy.Minimize(0.5 * cvxpy.quad_form(x, H, assume_PSD=assume) + g @ x), rows)
         return x, rows, problem, *problem.get_problem_data(name, solver_opts=dict(options))
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         x, rows, problem, data, chain, inverse = compiled(H, g, A, b)

@@ -34,7 +34,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, attributes, guarded, plain, status_of, version
+from sandbox.backends.backend import Answer, Array, Engine, attributes, plain, status_of, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED, UNIT
 
@@ -108,7 +108,6 @@ def open_engine(engine: str, settings: str) -> Engine:
     quiet: dict[str, Any] = {"raise_error": False} if engine == "osqp" else {}  # its default; unsaid, OSQP warns of it
     outcome = OUTCOMES[engine]
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         rows = (form(A), np.array(b)) if len(b) else (None, None)

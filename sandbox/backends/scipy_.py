@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, Solve, guarded, version
+from sandbox.backends.backend import Answer, Array, Engine, Solve, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
 
@@ -51,7 +51,6 @@ def open_engine(engine: str, settings: str) -> Engine:
 def _slsqp(options: dict[str, Any]) -> Solve:
     from scipy.optimize import minimize
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         rows = [{"type": "eq", "fun": lambda x: A @ x - b, "jac": lambda x: A}] if len(b) else []
@@ -75,7 +74,6 @@ def _slsqp(options: dict[str, Any]) -> Solve:
 def _trust_constr(options: dict[str, Any]) -> Solve:
     from scipy.optimize import LinearConstraint, minimize
 
-    @guarded
     def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
         start = perf_counter()
         rows = [LinearConstraint(A, b, b)] if len(b) else []

@@ -15,7 +15,10 @@ from sandbox.tolerances import FORWARD, UNIT
 
 Array = np.ndarray
 
-SIX = "50 n u (|[J; N'W]^-1 D|_2 + cond(J) |V'W| / lambda_min(N'WN)), D the row lengths of J and of |N|'|W|; cond(J) of equal rows"
+SIX = (
+    "50 n u (cond2 of the row-equilibrated [J; N'W] + cond2(J) |V'W| / lambda_min(N'WN)), "
+    "[V N] orthonormal, V spanning range J', rows of J scaled to one"
+)
 BORDERED = "50 (n + m) u cond2 of [t W, J'; J, 0], rows of J scaled to one and |t W| = sigma_min(J)"
 SINGULAR_VALUES = "50 n u cond(J L^-T) cond(L)^2, W = L L'"
 NORMAL = "50 n u (cond(J L^-T)^2 + cond(J L^-T) cond(L)^2), W = L L'"
@@ -29,14 +32,14 @@ def condition(A: Array) -> Array:
 
 
 def framework(problem: VelocityProblem, top: Array, top_size: Array, V: Array, N: Array, turn: Array) -> Array:
-    """What rounding is multiplied by in the solution of [top; N'W] x = b (B,): |A^-1 D|_2 + turn |V'W| / lambda_min(N'WN).
+    """What rounding is multiplied by in the solution of A x = b, A = [top; N'W]: |A^-1 D|_2 + turn |V'W| / lambda_min(N'WN).
 
-    D holds what each row is a sum of, so cancellation in N'W counts: `top_size` (B, r), and the lengths of |N|'|W|.
-    `turn` (B,) u is the error of N, which moves N'(W x + a) by that share of V'W x, V (B, n, r) a basis of range J'.
-    cond2 of the row-equilibrated [J; N'W] alone sees neither, and is exceeded a millionfold by W + 1e8 J'J.
+    D (B, n) is what the rows of A are sums of, `top_size` (B, r) above, so that cancellation between base and factors
+    counts. `turn` (B,) u is the error of N, which moves N'(W x + a) by that share of V'W x, V (B, n, r) a basis of
+    range J'. The condition of A alone does not see V'W: W + 1e8 J'J exceeds it a millionfold.
     """
     NtW = problem.W.left(N)
-    terms = np.abs(transpose(N)) @ np.abs(problem.W.base)
+    terms = np.abs(transpose(N) @ problem.W.base)
     across = norm(problem.W.left(V)) / eigenvalues(symmetric(NtW @ N))[:, 0] if N.shape[-1] else np.zeros(len(problem))
     E, gamma = problem.W.E, problem.W.gamma
     if E is not None and gamma is not None:
@@ -44,13 +47,13 @@ def framework(problem: VelocityProblem, top: Array, top_size: Array, V: Array, N
         inner = np.abs(transpose(N)) @ np.abs(transpose(E))
         if E.shape[-2] == N.shape[-1] > 0:
             # W = E' Gamma E with as many rows as null J has columns: an error of N'E' only mixes equations E qdot = gbar
-            alone = ~problem.W.base.any(axis=(-1, -2))
+            alone = norm(problem.W.base) == 0
             inner = np.where(alone[:, None, None], np.abs(transpose(EN)), inner)
             across = np.where(alone, norm(E) / svd(EN)[1][:, -1], across)
         terms = terms + inner @ np.abs(gamma) @ np.abs(E)
     D = np.concatenate([top_size, np.linalg.norm(terms, axis=2)], axis=1)
     sigma = svd(np.concatenate([top, NtW], axis=1) / D[:, :, None])[1]
-    kappa = 1 / sigma[:, -1] + np.where(across > 0, turn * across, 0.0)
+    kappa = np.maximum(sigma[:, 0], 1) / sigma[:, -1] + np.where(across > 0, turn * across, 0.0)
     return np.where(np.isfinite(kappa), kappa, np.inf)
 
 

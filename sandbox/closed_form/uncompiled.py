@@ -127,8 +127,8 @@ def operations(method: str, n: int, m: int, *, weighted: bool) -> Operations:
     J = np.vander(np.arange(1.0, n + 1) / n, m, increasing=True).T
     W = np.eye(n) * n + 1 / (1 + np.arange(n)[:, None] + np.arange(n)) if weighted else None
     total = Operations()
-    counted = {"eq2_5": eq2_5_on, "eq6": partial(eq6_on, multipliers=False)}[method]
-    counted(lambda value: Counted(value, total), J, np.ones(m), W, np.ones(n), 0.5)
+    kernels_by_name: dict[str, Callable[..., Any]] = {"eq2_5": eq2_5_on, "eq6": partial(eq6_on, multipliers=False)}
+    kernels_by_name[method](lambda value: Counted(value, total), J, np.ones(m), W, np.ones(n), 0.5)
     return total
 
 

@@ -87,8 +87,10 @@ def test_findings_name_the_depth_of_each_backend(run: RunData) -> None:
     """The run is made so that scs stops at -1e2 and quadprog never solves indefinite W directly."""
     found = findings(run, aggregate.breakdown(run, "lambda_min_W"), aggregate.closed_forms(run))
     text = "\n".join(f"{f.figure} {f.sentence} {f.detail}" for f in found)
-    never = next(f.sentence for f in found if "at any decade" in f.sentence)
+    never = next(f.sentence for f in found if "at the mildest decade" in f.sentence)
+    part = next(f.sentence for f in found if "part of the way" in f.sentence)
     assert "qpsolvers:quadprog" in never and "qpsolvers:scs" not in never
+    assert "qpsolvers:scs" in part and "qpsolvers:quadprog" not in part
     assert "hold on well-conditioned convex problems" in text and "closed forms lie within" in text
 
 
@@ -152,7 +154,8 @@ def test_the_worst_of_each_cell_is_embedded(run: RunData) -> None:
     missed = run.rows(
         """with ranked as (select id, error / nullif(tolerance, 0) as excess, row_number() over (
             partition by backend, formulation, settings, task, expected
-            order by error / nullif(tolerance, 0) desc nulls last, problem, repeat) as place from records where verdict <> 'not_run')
+            order by error / nullif(tolerance, 0) desc nulls last, problem, repeat) as place
+          from records where verdict <> 'not_run')
         select id from ranked where place = 1 and excess is not null and id not in (from chosen)"""
     )
     assert missed == []

@@ -1,0 +1,1 @@
+"""Backends that misbehave, for the tests of the process that must survive them."""

@@ -1,0 +1,116 @@
+"""Solvers crash, hang, shout and lie: each costs its own problem, and the neighbours are answered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from sandbox.backends import BACKENDS
+from sandbox.backends.backend import Backend, Promise
+from sandbox.errors import UnknownNameError
+from sandbox.qp import QP
+from sandbox.solution import STATUSES
+from sandbox.worker import Answers, Workers
+from tests.fakes import unruly_
+
+SILENT = Promise(None, None, "", "", "")
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Workers]:
+    """Workers that know the unruly backends."""
+    rows = {
+        name: Backend(name, "unruly", engine, "none", "none", SILENT, install="pip install manners", package="tests.fakes")
+        for name, engine in (("unruly", "good"), ("unruly:missing", "missing"), ("unruly:bursts", "bursts"))
+    }
+    BACKENDS.update(rows)
+    with Workers() as workers:
+        yield workers
+    for name in rows:
+        del BACKENDS[name]
+
+
+def stack(*first: float, n: int = 3) -> QP:
+    """Problems with H = I, one row, and the given first entries of g."""
+    g = np.zeros((len(first), n))
+    g[:, 0] = first
+    B = len(first)
+    return QP(np.broadcast_to(np.eye(n), (B, n, n)), g, np.ones((B, 1, n)), np.ones((B, 1)))
+
+
+def names(answers: Answers) -> list[str]:
+    return [STATUSES[code].name for code in answers.status]
+
+
+def right(answers: Answers, qp: QP, i: int) -> bool:
+    """Whether answer `i` is the projection that this problem asks for."""
+    x = -qp.g[i] + (1 + qp.g[i].sum()) / qp.n
+    return bool(np.allclose(answers.x[i], x, rtol=0, atol=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("fault", "status", "words"),
+    [
+        (unruly_.SEGFAULT, "CRASHED", "SIGSEGV"),
+        (unruly_.HANG, "TIMED_OUT", "overran 0.5 s"),
+        (unruly_.EXIT, "CRASHED", "ended with status 3"),
+        (unruly_.RAISE, "FAILED", "out of cheese"),
+        (unruly_.EAT, "FAILED", "memory"),
+    ],
+)
+def test_a_fault_costs_one_problem(workers: Workers, fault: float, status: str, words: str) -> None:
+    """The problem that fails has its status and reason; the others, before and after, are answered rightly."""
+    qp = stack(0.0, 1.0, fault, 2.0, 3.0)
+    answers = workers.solve("unruly", qp, time_limit=0.5)
+    assert names(answers) == ["SOLVED", "SOLVED", status, "SOLVED", "SOLVED"]
+    assert words.lower() in answers.said[2].lower()
+    assert all(right(answers, qp, i) for i in (0, 1, 3, 4))
+    assert np.isnan(answers.x[2]).all()
+
+
+def test_several_faults_in_one_stack(workers: Workers) -> None:
+    """Each of several failures is found at its own place."""
+    qp = stack(unruly_.SEGFAULT, 1.0, unruly_.EXIT, 2.0, unruly_.SEGFAULT)
+    answers = workers.solve("unruly", qp, time_limit=0.5)
+    assert names(answers) == ["CRASHED", "SOLVED", "CRASHED", "SOLVED", "CRASHED"]
+    assert right(answers, qp, 1) and right(answers, qp, 3)
+
+
+def test_print_out_is_caught_and_shortened(workers: Workers, capfd: pytest.CaptureFixture[str]) -> None:
+    """What a solver prints to its descriptors is kept with its own problem, shortened, and shown to nobody else."""
+    answers = workers.solve("unruly", stack(unruly_.SHOUT, 0.0), time_limit=5)
+    assert answers.said[0].startswith("solved | banner") and answers.said[0].endswith("the end")
+    assert len(answers.said[0]) < 2000 and answers.said[1] == "solved"
+    assert capfd.readouterr() == ("", "")
+
+
+def test_garbage_is_kept_as_given(workers: Workers) -> None:
+    """NaN claimed as a solution stays SOLVED: the verdict, not the worker, calls it false. A short answer is none."""
+    answers = workers.solve("unruly", stack(unruly_.GARBAGE, unruly_.SHORT), time_limit=5)
+    assert names(answers) == ["SOLVED", "SOLVED"]
+    assert np.isnan(answers.x).all()
+
+
+def test_patience_ends(workers: Workers) -> None:
+    """After so many failures the rest is not run, and says so."""
+    answers = workers.solve("unruly", stack(unruly_.EXIT, unruly_.EXIT, 0.0, 1.0), time_limit=0.5, patience=2)
+    assert names(answers)[:2] == ["CRASHED", "CRASHED"]
+    assert names(answers)[2:] == ["NOT_RUN", "NOT_RUN"] and "too many crashes" in answers.said[2]
+
+
+@pytest.mark.parametrize("backend", ["unruly:missing", "unruly:bursts"])
+def test_a_backend_that_cannot_be_opened_is_not_run(workers: Workers, backend: str) -> None:
+    """A missing library is no crash of the run: NOT_RUN, with the line that installs it."""
+    answers = workers.solve(backend, stack(0.0), time_limit=5)
+    assert names(answers) == ["NOT_RUN"]
+    assert answers.engine is None and "pip install manners" in answers.absent
+
+
+def test_unknown_names(workers: Workers) -> None:
+    """A typo is an error that lists what there is."""
+    with pytest.raises(UnknownNameError, match="no backend is called 'osqp2'"):
+        workers.solve("osqp2", stack(0.0))
+    with pytest.raises(UnknownNameError, match="no settings level is called 'best'"):
+        workers.solve("unruly", stack(0.0), settings="best")
