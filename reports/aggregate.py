@@ -75,7 +75,8 @@ def counts(run: RunData) -> Row:
         "embedded": 0,
         "verdicts": sorted(verdicts, key=lambda row: order.index(row["verdict"]) if row["verdict"] in order else 99),
         "expected": run.rows(
-            "select expected, count(distinct problem) as n from records where expected is not null group by 1 order by 2 desc"
+            """select expected, count(distinct problem) as n from records where expected is not null
+            group by 1 order by n desc, expected"""
         ),
         "judged": run.one("select count(*) from records where judged"),
     }

@@ -95,10 +95,10 @@ def _problems(run: RunData, identities: list[str]) -> dict[str, Any]:
     """Columns of the problems named, one entry per name, null where the run folder lacks it."""
     rows = run.rows(
         f"""select p.problem, {", ".join(f'p."{name}"' for name in (*_OF_PROBLEM, *_ARRAYS))}, r.* exclude (problem)
-        from (select distinct on (problem) * from problems) p join (
-          select problem, any_value(cast(printf('%.6g', lambda_min_W) as double)) as lambda_min_W,
-            any_value(cast(printf('%.6g', lambda_min_reduced) as double)) as lambda_min_reduced,
-            any_value(cast(printf('%.6g', sigma_min_J) as double)) as sigma_min_J
+        from (select distinct on (problem) * from problems order by problem, set) p join (
+          select problem, min(cast(printf('%.6g', lambda_min_W) as double)) as lambda_min_W,
+            min(cast(printf('%.6g', lambda_min_reduced) as double)) as lambda_min_reduced,
+            min(cast(printf('%.6g', sigma_min_J) as double)) as sigma_min_J
           from records where id in (from chosen) group by 1) r on p.problem = r.problem"""
     )
     for row in rows:  # a page carries some hundreds of problems, never one per record
@@ -119,7 +119,8 @@ def _truths(run: RunData, identities: list[str]) -> dict[str, Any]:
     """Task -> columns of the truth, one entry per problem name."""
     rows = run.rows(
         """select distinct on (problem, task) problem, task, expected, reason, margin, rank, inertia, x, y, freedom, value
-        from truth where (problem, task) in (select (problem, task) from records where id in (from chosen))"""
+        from truth where (problem, task) in (select (problem, task) from records where id in (from chosen))
+        order by problem, task"""
     )
     tasks = sorted({row["task"] for row in rows})
     return {task: _columns([{**r} for r in rows if r["task"] == task], identities) for task in tasks}

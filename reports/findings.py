@@ -51,7 +51,7 @@ def _false_successes(run: RunData) -> Finding | None:
     rows = run.rows(
         """select backend, count(*) as n, count(*) filter (expected = 'no_minimum') as empty,
         count(*) filter (expected = 'infeasible') as infeasible from records
-        where judged and not apart and not closed and verdict = 'false_success' group by 1 order by n desc"""
+        where judged and not apart and not closed and verdict = 'false_success' group by 1 order by n desc, backend"""
     )
     total = sum(row["n"] for row in rows)
     if not total:
@@ -197,7 +197,8 @@ def _died(run: RunData) -> Finding | None:
     rows: list[dict[str, Any]] = run.rows(
         """select backend, count(*) filter (verdict = 'crashed') as crashed, count(*) filter (verdict = 'timed_out') as late,
         count(*) filter (verdict = 'wrong_refusal') as refused from records
-        where judged and not apart and verdict in ('crashed', 'timed_out', 'wrong_refusal') group by 1 order by count(*) desc"""
+        where judged and not apart and verdict in ('crashed', 'timed_out', 'wrong_refusal')
+        group by 1 order by count(*) desc, backend"""
     )
     if not rows:
         return None

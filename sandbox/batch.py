@@ -54,8 +54,11 @@ class Batch:
             self.status[i], self.said[i] = CODE[status], words
 
     def scale(self, posed: Posed, answers: Answers) -> None:
-        """Sizes max(|Ax|, |b|) and max(|Hx|, |A'y|, |g|) of the QP as posed, at the answer."""
-        qp, x, y = posed.qp, answers.x, answers.y
+        """Sizes max(|Ax|, |b|) and max(|Hx|, |A'y|, |g|) of the QP as posed, at the answer where there is one."""
+        qp = posed.qp
+        # the last iterate of a refusal may be the far end of a ray: it says nothing about the problem's size
+        solved = (answers.status == CODE[Status.SOLVED])[:, None]
+        x, y = np.where(solved, answers.x, np.nan), np.where(solved, answers.y, np.nan)
         with np.errstate(all="ignore"):
             Ax, Hx = qp.A @ x[..., None], qp.H @ x[..., None]
             Ay = np.swapaxes(qp.A, -1, -2) @ y[..., None]

@@ -6,7 +6,6 @@ import math
 import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -104,7 +103,7 @@ def _resolved(run: Path, ids: Sequence[str], name: str) -> str:
         shown, more = sorted(fitting)[:NEAREST], len(fitting) - NEAREST
         told = ", ".join(shown) + (f" and {more} more" if more > 0 else "")
         raise UnknownNameError(f"{len(fitting)} problems of {run} begin with {name!r}: {told}", name=name)
-    nearest = get_close_matches(name, ids, NEAREST, 0.0)
+    nearest = sorted(ids, key=lambda id: sum(id.startswith(name[:k]) for k in range(1, len(name))), reverse=True)[:NEAREST]
     raise UnknownNameError(
         f"no problem of {run} is called {name!r} or begins so; the nearest of {len(ids)} are: {', '.join(nearest)}", name=name
     )

@@ -97,7 +97,9 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
             }
             for s in plan.sets
         ],
-        "backends": [_backend(name) for name in plan.backends],
+        "backends": [
+            _backend(name, name in plan.backends) for name in BACKENDS if name in plan.backends or _known_to_fail(name)
+        ],
         "closed_forms": [
             {"name": f.name, "task": f.task, "domain": f.domain, "bound": f.bound_text, "about": f.about, "source": f.source}
             for f in (CLOSED_FORMS[name] for name in plan.closed_forms)
@@ -113,13 +115,19 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
     }
 
 
-def _backend(name: str) -> dict[str, Any]:
+def _known_to_fail(name: str) -> bool:
+    return BACKENDS[name].expected != "runs"
+
+
+def _backend(name: str, planned: bool) -> dict[str, Any]:
+    """A row of the table for run.json; one that is not planned is named with its reason."""
     row = BACKENDS[name]
+    why = "" if planned else f"{row.expected}: {row.message}"
     return {
         "name": name, "library": row.library, "engine": row.engine, "licence": row.licence, "method": row.method,
         "promise": {key: getattr(row.promise, key) for key in ("H", "A", "quote", "source", "version")},
         "expected": row.expected, "message": row.message, "sampled": row.sampled, "install": row.install,
-        "state": "not_run", "why": "", "library_version": None, "engine_version": None, "effective_settings": {},
+        "state": "not_run", "why": why, "library_version": None, "engine_version": None, "effective_settings": {},
     }  # fmt: skip
 
 

@@ -59,7 +59,7 @@ POSITIVE_PIVOT = 4.0
 """A Cholesky pivot below c n u of its diagonal entry is rounding: the factorisation cannot tell it from zero."""
 
 PIVOT = 4.0
-"""A pivot of eq. (6) within c n u of its own rounding bound is no evidence of rank or curvature."""
+"""A pivot of eq. (6) within c n u of its own rounding bound is no evidence of rank or curvature: errors reach 0.5 n u of it."""
 
 CONFORMANCE_SLACK = 10.0
 """A backend's x and y may be off by c |K^-1| eps: engines stop on residuals scaled by themselves, c covers their scaling."""

@@ -51,8 +51,11 @@ def grouped(members: Iterable[Member], tasks: tuple[str, ...]) -> tuple[Group, .
 
 def _group(members: list[Member], tasks: tuple[str, ...]) -> Group:
     weights = [m.W if isinstance(m.W, Weight) else Weight(m.W) for m in members]
-    parts = [np.stack([getattr(w, part) for w in weights]) for part in ("base", "E", "gamma") if weights[0].factored
-             or part == "base"]
+    parts = [
+        np.stack([getattr(w, part) for w in weights])
+        for part in ("base", "E", "gamma")
+        if weights[0].factored or part == "base"
+    ]
     problem = VelocityProblem(
         J=np.stack([m.J for m in members]),
         xdot=np.stack([m.xdot for m in members]),

@@ -100,7 +100,7 @@ def _integer(case: Case, rng: np.random.Generator) -> Manufactured:
     elif case.S_N == "indefinite and singular":
         pivots[0], pivots[-1] = -pivots[0], 0.0
     elif case.S_N.startswith("singular"):
-        pivots[rng.integers(0, k):] = 0.0
+        pivots[rng.integers(0, k) :] = 0.0
     S_N, F = make.integer_form(rng, pivots)
     S_T = make.integer_symmetric(rng, m)
     if case.S_T == "negative":

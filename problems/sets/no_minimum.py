@@ -68,7 +68,7 @@ def _singular(case: Case, rng: np.random.Generator) -> Member:
     k = n - m
     basis = make.integer_basis(rng, m, n)
     pivots = rng.integers(1, 3, k, endpoint=True).astype(float)
-    pivots[int(rng.integers(1 if k > 1 else 0, k)):] = 0.0
+    pivots[int(rng.integers(1 if k > 1 else 0, k)) :] = 0.0
     if kind == "indefinite_singular":
         pivots[0] *= -1.0
     S_N, F = make.integer_form(rng, pivots)

@@ -25,9 +25,7 @@ class Case(NamedTuple):
     kind: str
 
 
-CASES = tuple(
-    Case(m, n, freedom, kind) for m, n in SIZES for freedom in sorted({1, (n - m + 1) // 2, n - m}) for kind in KINDS
-)
+CASES = tuple(Case(m, n, freedom, kind) for m, n in SIZES for freedom in sorted({1, (n - m + 1) // 2, n - m}) for kind in KINDS)
 
 
 def member(case: Case, rng: np.random.Generator) -> Member:
@@ -36,7 +34,7 @@ def member(case: Case, rng: np.random.Generator) -> Member:
     k = n - m
     basis = make.integer_basis(rng, m, n)
     pivots = rng.integers(1, 3, k, endpoint=True).astype(float)
-    pivots[k - freedom:] = 0.0
+    pivots[k - freedom :] = 0.0
     S_N, _ = make.integer_form(rng, pivots)
     if kind == "W semidefinite":
         # C = B S_N and S_T = B S_N B' + G make W = [B I]' S_N [B I] + diag(G, 0) in dual coordinates

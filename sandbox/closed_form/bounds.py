@@ -47,7 +47,7 @@ def framework(problem: VelocityProblem, top: Array, top_size: Array, V: Array, N
         inner = np.abs(transpose(N)) @ np.abs(transpose(E))
         if E.shape[-2] == N.shape[-1] > 0:
             # W = E' Gamma E with as many rows as null J has columns: an error of N'E' only mixes equations E qdot = gbar
-            alone = norm(problem.W.base) == 0
+            alone: Array = np.equal(norm(problem.W.base), 0)
             inner = np.where(alone[:, None, None], np.abs(transpose(EN)), inner)
             across = np.where(alone, norm(E) / svd(EN)[1][:, -1], across)
         terms = terms + inner @ np.abs(gamma) @ np.abs(E)

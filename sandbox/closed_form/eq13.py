@@ -76,6 +76,7 @@ class Bucket:
         self.P = symmetric(transpose(Q) @ self.WxQ)
         self.P_size = norm(task_weight(problem))
         self.T = T * self.sigma[:, None, :]
+        self.spread = norm(T) * norm(solve(T, np.broadcast_to(np.eye(r), T.shape)))  # how unequal rows tilt range J
         self.S = symmetric(problem.W.left(self.N) @ self.N)
 
     @property
@@ -140,7 +141,7 @@ def decide(ledger: Ledger, members: Array, bucket: Bucket) -> None:
 def bound(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> Array:
     """That of eq. (6) with the rows of eq. (13), plus what a residual adds (B,); inf where eq. (13) refuses.
 
-    Range J turns by u sigma_1/sigma_r, and the target then moves by that share of (JR)'^-1 Wx (xdot - J qdot).
+    Range J, in the rows as given, is known to u cond(J) alone, and the target moves by that share of the residual.
     """
     geometry = Geometry.of(problem)
     ledger = Ledger(problem)
@@ -157,15 +158,15 @@ def bound(problem: VelocityProblem, *, rank_tolerance: float | None = None) -> A
         if 0 < r < problem.m:
             residual = np.linalg.norm(part.xdot - times(part.J, x), axis=1)
             inverse = solve(bucket.T, np.broadcast_to(np.eye(r), bucket.T.shape))
-            gain = bucket.P_size / eigenvalues(bucket.P)[:, 0] * turn * norm(inverse)
-            kappa = kappa + gain * residual / np.linalg.norm(x, axis=1)
+            gain = bucket.P_size / eigenvalues(bucket.P)[:, 0] * turn * bucket.spread * norm(inverse)
+            kappa = kappa + np.where(residual > 0, gain * residual / np.linalg.norm(x, axis=1), 0.0)
         out[members] = FORWARD * problem.n * UNIT * kappa
-    return np.where(ledger.open, out, np.inf)
+    return np.where(ledger.open & np.isfinite(out), out, np.inf)
 
 
 EQ13 = ClosedForm(
     name="eq13", task="least_squares", domain=CONDITION_SEVEN_HOLDS + ", Wx > 0 on range J", function=eq13, bound=bound,
     bound_text=SIX.replace("[J; N'W]", "[R'J'Wx J; N'W]")
-    + "; below full row rank also 50 n u cond(J) cond(P) |xdot - J qdot| / (sigma_r |qdot|), P = (JR)'Wx(JR)",
+    + "; below full row rank also 50 n u cond(J) cond(Q'Wx Q) |J^+| |xdot - J qdot| / |qdot|, Q a basis of range J",
     about="least-squares sense at any rank of J", source="English & Maciejewski, eq. (13); methods 6",
 )  # fmt: skip

@@ -223,9 +223,7 @@ def paper_eq6(J: np.ndarray, xdot: np.ndarray, W: np.ndarray, a: np.ndarray) -> 
     return np.linalg.solve(np.vstack([J, N.T @ W]), np.concatenate([xdot, -N.T @ a]))
 
 
-def paper_eq13(
-    J: np.ndarray, xdot: np.ndarray, W: np.ndarray, a: np.ndarray, Wx: np.ndarray, rank: int
-) -> np.ndarray:
+def paper_eq13(J: np.ndarray, xdot: np.ndarray, W: np.ndarray, a: np.ndarray, Wx: np.ndarray, rank: int) -> np.ndarray:
     """[U_r'Wx J; N'W] qdot = [U_r'Wx xdot; -N'a] (methods 6.4)."""
     U, _, Vt = np.linalg.svd(J)
     R, N = U[:, :rank].T @ Wx, Vt[rank:].T

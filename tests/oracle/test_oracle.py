@@ -65,9 +65,7 @@ def test_damped() -> None:
     """The slack arm gives sum s/(s^2 + lambda^2) v u'xdot, and F1's exact columns for lambda = 1."""
     J, xd, _, _ = draw(9)
     right = oracle.damped(J, xd, np.eye(5), np.zeros(5), 0.5)
-    np.testing.assert_allclose(
-        oracle.damped_pseudoinverse(J, xd, 0.5), np.array(right.x[:5], dtype=float), rtol=1e-12
-    )
+    np.testing.assert_allclose(oracle.damped_pseudoinverse(J, xd, 0.5), np.array(right.x[:5], dtype=float), rtol=1e-12)
     assert oracle.damped(F1, [1, 1], np.eye(3), np.zeros(3), 1).x[:3] == [F(1, 6), F(-1, 3), F(1, 2)]
 
 

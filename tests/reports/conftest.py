@@ -26,8 +26,8 @@ class Report(NamedTuple):
 
 @pytest.fixture(scope="session")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
-    """A run of all backends on some two hundred problems."""
-    return _made(tmp_path_factory.mktemp("run"), scale=0.15)
+    """A run of all backends on some hundred problems."""
+    return _made(tmp_path_factory.mktemp("run"), scale=0.1)
 
 
 @pytest.fixture(scope="session")

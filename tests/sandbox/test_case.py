@@ -82,9 +82,9 @@ def test_unknown_ids_name_the_nearest(run: Path, case: Case) -> None:
     wrong = case.id[:-1] + ("0" if case.id[-1] != "0" else "1")
     with pytest.raises(UnknownNameError, match=case.id):
         read_case(run, wrong)
-    with pytest.raises(UnknownNameError, match="problems of .* begin with ''"):
+    with pytest.raises(UnknownNameError, match=r"problems of .* begin with ''"):
         read_case(run, "")
-    with pytest.raises(UnknownNameError, match="there are: .*numpy:lstsq"):
+    with pytest.raises(UnknownNameError, match=r"there are: .*numpy:lstsq"):
         case.chosen("osqp", None, None)
 
 

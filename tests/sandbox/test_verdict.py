@@ -24,7 +24,10 @@ def test_every_cell_follows_the_rules() -> None:
             "not_run": said == "not_run",
             "verified": said == "solved" and finite and minimum and grade == "within",
             "false_success": said == "solved"
-            and (not finite or (not (minimum and grade == "within") and not (near and met) and (not minimum or grade == "beyond"))),
+            and (
+                not finite
+                or (not (minimum and grade == "within") and not (near and met) and (not minimum or grade == "beyond"))
+            ),
             "inaccurate": said == "solved" and finite and minimum and grade == "between" and not (near and met),
             "undecidable": near
             and (said in ("limit", "refused") or (said == "solved" and finite and met and not (minimum and grade == "within"))),

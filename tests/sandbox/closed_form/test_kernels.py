@@ -10,10 +10,11 @@ import pytest
 
 from sandbox.closed_form import kernels
 from sandbox.closed_form.compiled import compiled
-from sandbox.closed_form.eq6 import arrays, eq6
 from sandbox.closed_form.eq2_5 import eq2_5
+from sandbox.closed_form.eq6 import arrays, eq6
 from sandbox.closed_form.uncompiled import eq2_5_on, eq6_exact, eq6_on, operations
 from sandbox.problem import VelocityProblem
+from sandbox.tolerances import UNIT
 from sandbox.weight import Weight
 
 TABLE_I = {
@@ -123,6 +124,29 @@ def test_trailing_pivots_are_those_of_the_reduced_weight() -> None:
     S = N.T @ W.astype(object) @ N
     assert code == kernels.SOLVED
     assert list(pivots[2:]) == [S[0, 0], S[1, 1] - S[0, 1] ** 2 / S[0, 0]]
+
+
+def test_pivots_are_within_their_rounding_bound() -> None:
+    """Every pivot that eq. (6) computes is within n u of its bound from the exact one, with J, C and S_N of any condition."""
+    rng = np.random.default_rng(66)
+    worst = {"rank": 0.0, "curvature": 0.0}
+    for _ in range(300):
+        n = int(rng.integers(2, 6))
+        m = int(rng.integers(1, n))
+        U, V, Q = (np.linalg.qr(rng.normal(size=(size, size)))[0] for size in (m, n, n - m))
+        Y, N = V[:, :m], V[:, m:]
+        J = U @ np.diag(10.0 ** -(rng.choice([0, 4, 8]) * np.linspace(0, 1, m))) @ Y.T
+        C = Y @ rng.normal(size=(m, n - m)) @ N.T * rng.choice([0, 1, 1e4])
+        W = C + C.T + N @ Q @ np.diag(10.0 ** -rng.uniform(0, 9, n - m)) @ Q.T @ N.T + Y @ Y.T * rng.choice([0, 1, 1e3])
+        problem = VelocityProblem(J=J, xdot=np.ones(m), W=(W + W.T) / 2).stacked()
+        x, y, pivot, bound = np.empty((1, n)), np.empty((1, m)), np.empty((1, n)), np.empty((1, n))
+        code = np.empty(1, dtype=np.int64)
+        compiled("eq6_stack")(*arrays(problem, np.float64), 1.0, True, x, y, pivot, bound, code)
+        exact_code, _, _, exact = eq6_on(Fraction, J, np.ones(m), problem.W.base[0], np.zeros(n))
+        if code[0] == exact_code == kernels.SOLVED:
+            share = [float(abs(Fraction(pivot[0, i]) - exact[i])) / (n * UNIT * bound[0, i]) for i in range(n)]
+            worst["rank"], worst["curvature"] = max(worst["rank"], *share[:m]), max(worst["curvature"], *share[m:])
+    assert 1e-2 < worst["rank"] < 1 and 1e-2 < worst["curvature"] < 1
 
 
 def test_single_precision_stays_single(manufactured: Callable[..., VelocityProblem]) -> None:

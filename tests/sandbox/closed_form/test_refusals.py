@@ -79,7 +79,7 @@ def test_rank_deficient_jacobians_are_refused(method: str) -> None:
 
 @pytest.mark.parametrize("method", CLOSED_FORMS)
 def test_bad_members_leave_their_neighbours_unharmed(method: str) -> None:
-    """Singular, enormous, tiny and non-convex members in one stack: no warning, no exception, neighbours bit for bit the same."""
+    """Singular, enormous, tiny and non-convex members: no warning, no exception, neighbours bit for bit the same."""
     rng = np.random.default_rng(84)
     good = VelocityProblem(J=rng.normal(size=(4, 2, 4)), xdot=np.ones(2), W=np.eye(4) * 2, a=rng.normal(size=4))
     J, W, xdot = (np.repeat(part, 5, axis=0) for part in (good.J, good.W.base, good.xdot))
@@ -115,7 +115,8 @@ def test_a_stack_is_its_members(method: str, manufactured: Callable, size: tuple
 
 
 def test_rank_gap_decides() -> None:
-    """eq. (13) refuses singular values without a clear gap, and takes the rank the user declares where there is one."""
+    """Eq. (13) refuses singular values without a clear gap, and takes the rank the user declares where there is one."""
+
     def problem(small: float) -> VelocityProblem:
         return VelocityProblem(J=[[1, 0, 0], [1, small, 0]], xdot=[1, 1], W=np.eye(3))
 
@@ -133,7 +134,8 @@ def test_targets_without_a_minimum_are_refused() -> None:
     """Wx indefinite or singular on range J: TARGET_UNBOUNDED, whatever Wx is off it."""
     J = [[1, 0, 0], [2, 0, 0]]
     for Wx, status in (
-        (np.diag([1, -1]), Status.TARGET_UNBOUNDED), ([[4, -2], [-2, 1]], Status.TARGET_UNBOUNDED), (np.diag([-1, 1]), Status.SOLVED),
+        (np.diag([1, -1]), Status.TARGET_UNBOUNDED), ([[4, -2], [-2, 1]], Status.TARGET_UNBOUNDED),
+        (np.diag([-1, 1]), Status.SOLVED),
         (np.zeros((2, 2)), Status.TARGET_UNBOUNDED),
     ):  # fmt: skip
         problem = VelocityProblem(J=J, xdot=[1, 1], W=np.eye(3), Wx=Wx)
@@ -155,7 +157,8 @@ def test_eq13_asks_for_curvature_on_the_whole_null_space() -> None:
 def test_damping_refuses_what_has_no_minimum() -> None:
     """lambda^2 W + J'Wx J not positive definite is refused; with an indefinite W it may well be positive definite."""
     J = [[-1, -1, 0], [2, 1, 1]]
-    for W, damping, answered in ((np.diag([-3, 1, 1]), 1 / 8, False), (np.diag([-1, 1, 1]), 1 / 8, True), (np.eye(3), 0.0, False)):
+    bent, mild = np.diag([-3, 1, 1]), np.diag([-1, 1, 1])
+    for W, damping, answered in ((bent, 1 / 8, False), (mild, 1 / 8, True), (np.eye(3), 0.0, False)):
         problem = VelocityProblem(J=J, xdot=[1, 1], W=W)
         answer = solve(problem, "damped_least_squares", damping=damping, on_refusal="status")
         H = damping**2 * W + np.array(J).T @ J

@@ -51,9 +51,9 @@ def test_a_stack_keeps_its_leading_axes() -> None:
 @pytest.mark.parametrize(
     ("fields", "method", "error", "words"),
     [
-        ({"W": np.diag([-3, 1, 1])}, "eq6", ConditionSevenError, "smallest eigenvalue of N'WN is -0.333333 .*maximum.*exceeds 0.333"),
+        ({"W": np.diag([-3, 1, 1])}, "eq6", ConditionSevenError, "smallest .* N'WN is -0.333333 .*maximum.*exceeds 0.333"),
         ({"W": np.diag([-2, 1, 1])}, "null_space", ConditionSevenError, "N'WN is singular"),
-        ({"J": [[0, 0, 1]], "xdot": [1], "W": np.diag([-2, 1, 1])}, "kkt", ConditionSevenError, r"is -2 \(the largest 1\).*saddle"),
+        ({"J": [[0, 0, 1]], "xdot": [1], "W": np.diag([-2, 1, 1])}, "kkt", ConditionSevenError, r"is -2 \(.* 1\).*saddle"),
         ({"J": [[1, 0, 0], [2, 0, 0]]}, "eq6", RankDeficientError, r'singular values are \(2.23607, 0\).*eq13'),
         ({"J": np.ones((4, 3)), "xdot": np.ones(4)}, "finsler", RankDeficientError, "4 x 3: more rows than joints.*eq13"),
         ({"J": [[1, 0, 0], [1, 1e-13, 0]]}, "eq13", RankAmbiguousError, "no gap of 1000.*rank_tolerance"),

@@ -146,9 +146,7 @@ def is_nearest(rounded: float, exact: F) -> bool:
 @pytest.mark.parametrize("task", TASKS)
 def test_small_integer_problems(task: str) -> None:
     """On random integer problems class, reason, inertia, x, y, freedom and value are the oracle's, exactly."""
-    told = Counter(
-        agree(case, task, DAMPINGS[i % 3 if i % 30 == 0 else i % 2]) for i, case in enumerate(integers(3, 320))
-    )
+    told = Counter(agree(case, task, DAMPINGS[i % 3 if i % 30 == 0 else i % 2]) for i, case in enumerate(integers(3, 320)))
     reasons = {
         "exact": {"no_freedom", "inconsistent"},
         "least_squares": {"no_freedom", "target_unbounded"},
@@ -392,7 +390,6 @@ def cases() -> list[dict]:
     assert len(kept) > 60
     assert sum(np.linalg.eigvalsh(case["W"])[0] < -1e-9 for case in kept) > 10
     return kept
-
 
 
 def solution(**case) -> tuple[list[F], list[F], F]:
