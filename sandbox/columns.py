@@ -93,7 +93,9 @@ def _vectors(values: Array) -> pa.Array:
     """Rows as lists, null where nothing was given; an entry that is not finite is null."""
     missing = np.isnan(values).all(axis=-1) if values.shape[-1] else np.ones(len(values), bool)
     offsets = np.arange(len(values) + 1, dtype=np.int32) * values.shape[-1]
-    return pa.ListArray.from_arrays(offsets, pa.array(values.ravel(), mask=~np.isfinite(values.ravel())), mask=pa.array(missing))
+    return pa.ListArray.from_arrays(
+        offsets, pa.array(values.ravel(), mask=~np.isfinite(values.ravel())), mask=pa.array(missing)
+    )
 
 
 def _column(values: Any, wanted: pa.Field, R: int) -> pa.Array:

@@ -149,7 +149,7 @@ def test_cross_validate_returns_records() -> None:
     assert set(column(table, "backend")) == {"numpy:lstsq", "closed_form:eq6"}
     for row in table.to_pylist():
         assert row["verdict"] == "verified" and np.allclose(row["qdot"], [1, -2, 1], atol=1e-12)
-    with pytest.raises(UnknownNameError, match="there are: .*osqp"):
+    with pytest.raises(UnknownNameError, match=r"there are: .*osqp"):
         sandbox.cross_validate(problem, backends=["gurobi"])
 
 
