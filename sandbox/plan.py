@@ -44,17 +44,19 @@ def chosen(
     Raises UnknownNameError where a name is not registered.
     """
     forms = [f"{CLOSED_FORM_PREFIX}{name}" for name in CLOSED_FORMS]
+    levels = known("settings level", settings, VERIFIED_RELATIVE)
+    posed = known("formulation", formulations, FORMULATIONS)
     wanted = known("backend", backends, [*(BACKENDS if backends else RUNNABLE), *forms])
     return Plan(
         sets=sets,
         backends=[name for name in wanted if not name.startswith(CLOSED_FORM_PREFIX)],
-        levels={level: known("formulation", formulations, FORMULATIONS) for level in known("settings level", settings, VERIFIED_RELATIVE)},
+        levels=dict.fromkeys(levels, posed),
         closed_forms=[name.removeprefix(CLOSED_FORM_PREFIX) for name in wanted if name.startswith(CLOSED_FORM_PREFIX)],
         jobs=jobs, time_limit=time_limit, sample_every=sample_every,
     )  # fmt: skip
 
 
-def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0, full: bool = False) -> Plan:
+def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0) -> Plan:
     """What `sandbox verify` runs: every formulation at high accuracy, the engines' own settings on `direct` alone."""
     return Plan(
         sets=sets, backends=RUNNABLE, levels={"high_accuracy": list(FORMULATIONS), "default": ["direct"]},

@@ -58,6 +58,9 @@ CONSISTENCY = 50.0
 POSITIVE_PIVOT = 4.0
 """A Cholesky pivot below c n u of its diagonal entry is rounding: the factorisation cannot tell it from zero."""
 
+HEALTHY_PIVOT = 1e-6
+"""Cholesky pivots above this share of their diagonal entries keep the error bound of eqs. (2)-(5) far below one."""
+
 PIVOT = 4.0
 """A pivot of eq. (6) within c n u of its own rounding bound is no evidence of rank or curvature: errors reach 0.5 n u of it."""
 

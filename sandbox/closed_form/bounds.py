@@ -103,7 +103,7 @@ def bordered(problem: VelocityProblem) -> Array:
 def normal(problem: VelocityProblem) -> Array:
     """The bound of eqs. (2)-(5) (B,)."""
     geometry = Geometry.of(problem)
-    Jh, L2 = _conditions(problem.W.dense(), geometry)
+    Jh, L2 = normal_conditions(problem.W.dense(), geometry)
     L2 = L2 * growth(problem)
     return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2), np.inf)
 
@@ -112,12 +112,12 @@ def normal(problem: VelocityProblem) -> Array:
 def singular_values(problem: VelocityProblem) -> Array:
     """The bound of the weighted pseudoinverse (B,): nothing is squared."""
     geometry = Geometry.of(problem)
-    Jh, L2 = _conditions(problem.W.dense(), geometry)
+    Jh, L2 = normal_conditions(problem.W.dense(), geometry)
     L2 = L2 * growth(problem)
     return np.where(geometry.full_row_rank, FORWARD * problem.n * UNIT * Jh * L2, np.inf)
 
 
-def _conditions(W: Array, geometry: Geometry) -> tuple[Array, Array]:
+def normal_conditions(W: Array, geometry: Geometry) -> tuple[Array, Array]:
     """cond(J L^-T), rows of J scaled to one, and cond(L)^2 (B,); inf where W is not positive definite."""
     L, positive = cholesky(W)
     J = geometry.problem.J / geometry.scale[:, :, None]
@@ -142,13 +142,16 @@ def shifted_weight(geometry: Geometry) -> tuple[Array, Array]:
     return symmetric(problem.W.dense() + c[:, None, None] * (transpose(J) @ J)), c
 
 
+def shifted_bound(problem: VelocityProblem, W: Array, geometry: Geometry) -> Array:
+    """The bound of eqs. (2)-(5) on the shifted weight W (B,)."""
+    Jh, L2 = normal_conditions(W, geometry)
+    return FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2 * growth(problem))
+
+
 @np.errstate(all="ignore")
 def finsler_bound(problem: VelocityProblem) -> Array:
-    """The bound of eqs. (2)-(5) on the shifted weight (B,)."""
+    """That of eqs. (2)-(5) on the shifted weight (B,); inf where condition (7) fails."""
     if problem.n < problem.m:
         return np.full(len(problem), np.inf)
     geometry = Geometry.of(problem)
-    Jh, L2 = _conditions(shifted_weight(geometry)[0], geometry)
-    L2 = L2 * growth(problem)
-    bound = FORWARD * problem.n * UNIT * (Jh**2 + Jh * L2)
-    return np.where(geometry.sound, bound, np.inf)
+    return np.where(geometry.sound, shifted_bound(problem, shifted_weight(geometry)[0], geometry), np.inf)

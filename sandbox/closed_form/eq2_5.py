@@ -10,9 +10,10 @@ from sandbox.closed_form.bounds import NORMAL, normal
 from sandbox.closed_form.compiled import compiled
 from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
 from sandbox.closed_form.kernels import RANK, WEIGHT
-from sandbox.closed_form.linear import pivots_clear
+from sandbox.closed_form.linear import pivot_share
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
+from sandbox.tolerances import HEALTHY_PIVOT, POSITIVE_PIVOT
 
 Array = np.ndarray
 
@@ -21,17 +22,29 @@ Array = np.ndarray
 def eq2_5(problem: VelocityProblem, *, dtype: Any = np.float64) -> Solution:
     """W = L L', Jh = (L^-1 J')', zh = L^-1(-a), (Jh Jh') y = xdot - Jh zh, L' qdot = Jh'y + zh; our multiplier is -y.
 
-    `dtype` float32 computes in single precision (section V). Refuses W that is not positive definite.
+    `dtype` float32 computes in single precision (section V), where the caller judges the error. Refuses W that is not
+    positive definite, and in double precision what its own error bound leaves no digit of.
     Source: eqs. (2)-(5) and section IV, English & Maciejewski, after Klein & Huang.
     """
     ledger = Ledger(problem)
-    x, y, weight, rank = normal_equations(problem, problem.W.dense(), dtype)
+    x, y, weight, rank, suspect = normal_equations(problem, problem.W.dense(), dtype)
     refuse_normal(ledger, weight, rank)
+    if dtype is np.float64:
+        lost = suspect & ledger.open
+        lost[lost] = normal(problem[np.flatnonzero(lost)]) >= 1 if lost.any() else False
+        ledger.refuse(lost, Status.ILL_CONDITIONED, NO_DIGIT)
     return ledger.solution(x, y)
 
 
-def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64) -> tuple[Array, Array, Array, Array]:
-    """(x, y, W not positive definite, J W^-1 J' not positive definite) beyond rounding, for every member."""
+NO_DIGIT = (
+    "the normal equations square the condition of J: their error bound exceeds the answer itself; eq. (6) does not square it"
+)
+
+
+def normal_equations(
+    problem: VelocityProblem, W: Array, dtype: Any = np.float64
+) -> tuple[Array, Array, Array, Array, Array]:
+    """(x, y, W not positive definite, J W^-1 J' not positive definite, bound worth a look) for every member."""
     B, m, n = len(problem), problem.m, problem.n
     J, xdot, W, a = (np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, W, problem.a))
     x, y = np.full((B, n), np.nan, dtype), np.full((B, m), np.nan, dtype)
@@ -39,9 +52,9 @@ def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64
     code = np.empty(B, dtype=np.int64)
     compiled("eq2_5_stack")(J, xdot, W, a, dtype(1), True, x, y, L, M, code)
     unit = np.finfo(dtype).eps / 2
-    weight = (code == WEIGHT) | ~pivots_clear(L, unit)
-    rank = ~weight & ((code == RANK) | ~pivots_clear(M, unit) | (m > n))
-    return x, y, weight, rank
+    weight = (code == WEIGHT) | ~(pivot_share(L) > POSITIVE_PIVOT * n * unit)
+    rank = ~weight & ((code == RANK) | ~(pivot_share(M) > POSITIVE_PIVOT * m * unit) | (m > n))
+    return x, y, weight, rank, ~(np.minimum(pivot_share(L), pivot_share(M)) > HEALTHY_PIVOT)
 
 
 def refuse_normal(ledger: Ledger, weight: Array, rank: Array) -> None:
@@ -54,10 +67,7 @@ def refuse_normal(ledger: Ledger, weight: Array, rank: Array) -> None:
     seen[refused] = geometry.full_row_rank
     ledger.refuse(weight, Status.NOT_POSITIVE_DEFINITE, "W is not positive definite beyond rounding: it has no Cholesky factor")
     ledger.refuse(rank & ~seen, Status.RANK_DEFICIENT, ledger.rank_words)
-    ledger.refuse(
-        rank, Status.ILL_CONDITIONED,
-        "J W^-1 J' squares the condition of J and is singular to rounding, though J is not: eq. (6) does not square it",
-    )  # fmt: skip
+    ledger.refuse(rank, Status.ILL_CONDITIONED, NO_DIGIT)
 
 
 EQ2_5 = ClosedForm(

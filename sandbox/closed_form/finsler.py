@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sandbox.closed_form.bounds import NORMAL, finsler_bound, shifted_weight
+from sandbox.closed_form.bounds import NORMAL, finsler_bound, shifted_bound, shifted_weight
 from sandbox.closed_form.eq2_5 import normal_equations, refuse_normal
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry
@@ -27,7 +27,8 @@ def finsler(problem: VelocityProblem) -> Solution:
     if i.size:
         W, c = shifted_weight(geometry[i])
         part = problem[i]
-        x[i], y[i], weight, rank = normal_equations(part, W)
+        x[i], y[i], weight, rank, _ = normal_equations(part, W)
+        rank |= ~weight & ~(shifted_bound(part, W, geometry[i]) < 1)
         y[i] += c[:, None] * part.xdot / geometry.scale[i] ** 2
         failed, lost = np.zeros((2, len(problem)), dtype=bool)
         failed[i], lost[i] = weight, rank

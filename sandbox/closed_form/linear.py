@@ -72,23 +72,19 @@ def cholesky(A: Array) -> tuple[Array, Array]:
     code = np.empty(len(L), dtype=np.int64)
     compiled("cholesky_stack")(L, code)
     L = np.tril(L)
-    positive = (code == 0) & pivots_clear(L, UNIT)
+    positive = (code == 0) & (pivot_share(L) > POSITIVE_PIVOT * L.shape[-1] * UNIT)
     L[~positive] = np.eye(A.shape[-1])
     return L, positive
 
 
-def pivots_clear(L: Array, unit: float) -> Array:
-    """Whether every pivot of a Cholesky factor (B, n, n) stands clear of the rounding of its diagonal entry.
-
-    `unit` is the unit roundoff of the arithmetic that made L.
+def pivot_share(L: Array) -> Array:
+    """Smallest pivot of a Cholesky factor (B, n, n) as a share of its diagonal entry (B,).
 
     The pivot is L_ii^2, the diagonal entry sum_j L_ij^2: nothing but L is needed.
     """
     lower = np.tril(L)
-    pivot = np.diagonal(lower, axis1=-1, axis2=-2) ** 2
-    entry = np.square(lower).sum(axis=-1)
-    clear: Array = (pivot > POSITIVE_PIVOT * L.shape[-1] * unit * entry).all(axis=-1)
-    return clear
+    share: Array = (np.diagonal(lower, axis1=-1, axis2=-2) ** 2 / np.square(lower).sum(axis=-1)).min(axis=-1)
+    return share
 
 
 def equilibrated(A: Array, b: Array) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ def test_a_stack_keeps_its_leading_axes() -> None:
         ({"J": [[1, 0, 0], [1, 1e-13, 0]]}, "eq13", RankAmbiguousError, "no gap of 1000.*rank_tolerance"),
         ({"W": np.diag([-1, 1, 1])}, "eq2_5", WeightNotPositiveDefiniteError, "not positive definite.*eq6.*condition"),
         ({"Wx": np.diag([1, -1])}, "eq13", WeightNotPositiveDefiniteError, "Wx is not positive definite on range J"),
-        ({"J": [[1, 1, 0], [1, 1 + 1e-8, 0]]}, "eq2_5", IllConditionedError, "squares the condition.*damped_least_squares"),
+        ({"J": [[1, 1, 0], [1, 1 + 1e-8, 0]]}, "eq2_5", IllConditionedError, "square the condition.*damped_least_squares"),
     ],
     ids=lambda value: value if isinstance(value, str) and len(value) < 20 else "",
 )  # fmt: skip
