@@ -10,6 +10,7 @@ import numpy as np
 from sandbox.solution import CODE, STATUSES, Status
 from sandbox.task import task_weight
 from sandbox.tolerances import (
+    CONDITION_SEVEN,
     FALSE_FACTOR,
     FALSE_RELATIVE,
     FALSE_RESIDUAL_RELATIVE,
@@ -106,35 +107,42 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
     x = np.where(finite[:, None], qdot, np.nan)
     gradient = view.gradient(x)
     multiplied = (np.swapaxes(problem.J, -1, -2) @ y[..., None])[..., 0]
-    along = _null_projection(problem.J, gradient, yardstick.rank)
+    primal_terms = _primal_terms(yardstick, x)
+    if view.task == "damped":  # the slack joints fix the multipliers, given or not
+        along = view.dual(x, -view.primal(x, np.zeros_like(y)))
+        along_terms = _absolute_product(np.swapaxes(problem.J, -1, -2), primal_terms)
+    else:
+        along, along_terms = _null_projection(problem.J, gradient, yardstick.rank), np.abs(gradient)
     dual = _largest(np.where(given[:, None], gradient + multiplied, along))
     primal = _largest(view.primal(x, np.where(given[:, None], y, 0.0)))
     if view.task == "damped":
         primal = np.where(given, primal, 0.0)
     dense = np.abs(problem.W.dense())
     dual_terms = view.scale * (_absolute_product(dense, x) + np.abs(problem.a)) + np.where(
-        given[:, None], _absolute_product(np.swapaxes(problem.J, -1, -2), y), np.abs(gradient)
+        given[:, None], _absolute_product(np.swapaxes(problem.J, -1, -2), y), along_terms
     )
-    primal_terms = _primal_terms(yardstick, x)
     rounding = FORWARD * (n + m) * UNIT
     primal_met = primal <= SOLVER_SLACK * allowance.eps_primal + rounding * _largest(primal_terms)
     dual_met = dual <= SOLVER_SLACK * allowance.eps_dual + rounding * _largest(dual_terms)
     conditions_met = finite & primal_met & dual_met
 
     # distance to the exact minimisers, relative to what the data can move them by
-    offset = x - yardstick.x
-    if yardstick.freedom.any():
-        offset = offset - (yardstick.freedom @ offset[..., None])[..., 0]
+    difference = np.where(yardstick.solvable[:, None], x - yardstick.x, np.nan)
+    free = (yardstick.freedom @ difference[..., None])[..., 0]
+    offset = difference - free
     size = np.where(yardstick.size > 0, yardstick.size, 1.0)
     error = _largest(offset) / size
     gains = SOLVER_SLACK * (allowance.eps_primal * yardstick.primal_gain + allowance.eps_dual * yardstick.dual_gain)
     tolerance = np.where(
-        np.isnan(allowance.bound), (gains + FORWARD * (n + m) * UNIT * yardstick.spread) / size, allowance.bound
+        np.isnan(allowance.bound),
+        (gains + FORWARD * (n + m) * UNIT * yardstick.spread) / size,
+        np.where(yardstick.size > 0, allowance.bound, 0.0),
     )
     cap = np.where(yardstick.size > 0, allowance.cap, np.inf)
 
-    # multipliers by J'y, which is unique even where y is not
+    # multipliers by J'y, unique even where y is not; it moves with x along the freedom, where W is indefinite
     true_multiplied = (np.swapaxes(problem.J, -1, -2) @ yardstick.y[..., None])[..., 0]
+    true_multiplied = true_multiplied - view.scale * problem.W.times(free[..., None])[..., 0]
     multiplier_size = _largest(view.scale * (_absolute_product(dense, yardstick.x) + np.abs(problem.a)))
     multiplier_size = np.where(multiplier_size > 0, multiplier_size, 1.0)
     multiplier_error = np.where(given, _largest(multiplied - true_multiplied), np.nan) / multiplier_size
@@ -161,10 +169,13 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
 
     refused = np.array([STATUSES[s].refused for s in status], dtype=bool)
     reason_right = np.where(refused & ~yardstick.solvable, REASON_RIGHT[yardstick.expected, status], -1)
-    convex = yardstick.lambda_min_W >= 0  # a descending direction of a convex W: "not convex" is no true reason
+    # a descending direction of a convex W, singular up to rounding: "not convex" is no true reason
+    convex = yardstick.lambda_min_W >= -CONDITION_SEVEN * n * 2 * UNIT * yardstick.norm_W
     reason_right = np.where((reason_right == 1) & convex & (status == CODE[Status.NONCONVEX]), 0, reason_right)
-    difference = np.where(yardstick.solvable[:, None], x - yardstick.x, np.nan)
     gap = 0.5 * view.scale * np.sum(difference * problem.W.times(difference[..., None])[..., 0], axis=-1)
+    if view.task == "damped":  # the slack joints move by -J dx
+        slack = (problem.J @ difference[..., None])[..., 0]
+        gap = gap + 0.5 * np.sum(slack * (task_weight(problem) @ slack[..., None])[..., 0], axis=-1)
     attainable = _attainable(yardstick, allowance, dense)
     return Judgement(
         verdict=code, found=finite, reason_right=reason_right, error=error, tolerance=tolerance,

@@ -148,7 +148,7 @@ def _condition(
     primal = np.abs(through).sum(axis=-1).max(axis=-1) if p else np.zeros(b)
     if task == "least_squares" and p:  # posed as the r rows or as the normal equations: whichever lets more through
         primal = np.maximum(primal, np.abs(X12).sum(axis=-1).max(axis=-1))
-    dual = np.abs(X[:, :n, :n]).sum(axis=-1).max(axis=-1)
+    dual = np.abs(X[:, :n, :q]).sum(axis=-1).max(axis=-1)
     return primal, dual, spread, np.maximum(np.abs(x).max(axis=-1), s)
 
 
