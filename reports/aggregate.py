@@ -386,8 +386,10 @@ def not_run(run: RunData) -> list[Row]:
 
 
 def effective_settings(run: RunData) -> list[Row]:
-    """Every combination of backend, versions and effective settings that the records hold."""
-    return run.rows(
+    """Every combination of backend, versions and effective settings that the records hold, with the tolerances in force."""
+    rows = run.rows(
         """select backend, settings, library_version, engine_version, effective_settings, count(*) as n from records
         where not closed group by all order by backend, settings desc, n desc"""
     )
+    levels = {row["name"]: row.get("effective_settings") or {} for row in run.about.get("backends", [])}
+    return [{**row, "eps": levels.get(row["backend"], {}).get(row["settings"], {}).get("eps")} for row in rows]

@@ -31,7 +31,7 @@ def cases() -> dict[str, list[Case]]:
 
 @pytest.mark.parametrize("name", CLOSED_FORMS)
 def test_within_its_own_bound_or_refused(cases: dict[str, list[Case]], name: str) -> None:
-    """Inside its domain it answers within its bound; where there is nothing to solve it refuses; nothing is answered falsely."""
+    """Inside its domain it answers within its bound; where there is nothing to solve it refuses."""
     form = CLOSED_FORMS[name]
     count: Counter[str] = Counter()
     for set_name, yardstick in cases[form.task]:

@@ -49,7 +49,10 @@ def test_a_run_folder_is_complete(run: Path) -> None:
     content = records.read_run(run)
     assert content["complete"] and content["finished"]
     assert [s["name"] for s in content["sets"]] == ["textbook", "rank_deficient"]
-    assert all(row["state"] == "ran" and row["engine_version"] for row in content["backends"])
+    asked = [row for row in content["backends"] if BACKENDS[row["name"]].expected == "runs"]
+    assert {row["name"] for row in asked} == {"numpy:lstsq", "osqp", "proxsuite:dense"}
+    assert all(row["state"] == "ran" and row["engine_version"] for row in asked)
+    assert all(row["state"] == "not_run" and row["why"] for row in content["backends"] if row not in asked)
     rows, problems, truths = (records.read_table(run, kind) for kind in ("records", "problems", "truth"))
     ids = set(column(problems, "problem"))
     assert len(ids) == problems.num_rows == len(sets.load("textbook")) + len(sets.load("rank_deficient"))
