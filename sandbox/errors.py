@@ -68,9 +68,5 @@ class WeightNotPositiveDefiniteError(RefusalError):
     """The method factors W (or another weight) and needs it positive definite."""
 
 
-class InfeasibleError(RefusalError):
-    """xdot is not in the range of J: no joint rates achieve it."""
-
-
 class IllConditionedError(RefusalError):
     """The decision the method rests on lies within its own rounding error."""

@@ -110,7 +110,8 @@ def test_the_added_curvature_is_its_formula(seed: int) -> None:
     posed = CONVEXIFIED.build(problem).parts[0]
     np.testing.assert_allclose(added(posed, problem), c * V, rtol=1e-8, atol=1e-9 * size)
     np.testing.assert_allclose(posed.qp.g[0], a - c * V @ qp, rtol=1e-8, atol=1e-9 * size)
-    for posed in (posed, AUGMENTED_LAGRANGIAN.build(problem).parts[0]):
+    for formulation in (CONVEXIFIED, AUGMENTED_LAGRANGIAN):
+        posed = formulation.build(problem).parts[0]
         np.testing.assert_array_equal(posed.qp.A, problem.J)
         np.testing.assert_array_equal(posed.qp.b, problem.xdot)
         np.testing.assert_array_equal(posed.qp.H, np.swapaxes(posed.qp.H, -1, -2))
@@ -157,7 +158,7 @@ def test_rank_deficient_rows_are_convexified_in_their_range() -> None:
 
 @pytest.mark.parametrize("formulation", [DIRECT, CONVEXIFIED, AUGMENTED_LAGRANGIAN], ids=lambda f: f.name)
 def test_adding_curvature_moves_neither_minimiser_nor_multipliers(formulation) -> None:
-    """x and y of the problem meet the KKT conditions of the posed QP as they are, to rounding."""
+    """The KKT conditions of the posed QP hold at x and y of the problem as they are, to rounding."""
     W, _ = curved(F2, 3)
     problem = stacked(F2, W, np.array([1.0, -2]), np.array([1.0, 2, 0, -1]))
     t = truth(problem)[0]
@@ -191,7 +192,7 @@ def test_null_space_is_the_reduced_problem() -> None:
 
 
 def test_null_space_refuses_what_it_cannot_pose() -> None:
-    """xdot outside range J is refused with the miss; with no null space there is no QP; the rest is posed, by rank."""
+    """An xdot outside range J is refused with the miss; with no null space there is no QP; the rest is posed, by rank."""
     J = np.array([[[3.0, 0], [0, 0]], [[3.0, 0], [0, 0]], [[1, 0], [0, 1]], [[0, 0], [0, 0]], [[0, 0], [0, 0]]])
     xdot = np.array([[3.0, 0], [3, 0.25], [1, 1], [0, 0], [0, 2]])
     posing = NULL_SPACE.build(stacked(J, np.eye(2), xdot))

@@ -172,7 +172,7 @@ def test_motion_along_the_freedom_is_no_error() -> None:
     assert (found.error <= 1e-15).all() and (found.multiplier_error <= 1e-15).all() and (found.residuals_met == 1).all()
     stale = judged(yardstick(problem), x[1:], y[:1].repeat(2, axis=0))
     assert (stale.multiplier_error > 1).all() and "verified" not in verdicts(stale)
-    across = judged(yardstick(problem), x + [0, 0, 0.5], y)
+    across = judged(yardstick(problem), x + np.array([0, 0, 0.5]), y)
     np.testing.assert_allclose(across.error * yardstick(problem).size, 0.5)
     assert "verified" not in verdicts(across)
 
@@ -185,20 +185,26 @@ def test_multipliers_are_compared_by_what_they_do() -> None:
     assert verdicts(found) == ["verified", "verified", "inaccurate"]
 
 
-def test_multipliers_may_be_as_far_off_as_the_slope() -> None:
-    """y is excused up to 1000 times what x's own tolerance and the dual tolerance explain, and up to 1e-3 anyway."""
-    problem = VelocityProblem([[1.0, 0]], [1.0], np.diag([3.0, 1]), [1.0, 0])
-    stick = yardstick(problem)  # x = (1, 0), y = -4, and |W||x| + |a| = 4
-    assert verdicts(judged(stick, [[1.0, 0]] * 2, [[-4 - 4e-3 * (1 - JUST)], [-4 - 4e-3 * (1 + JUST)]])) == [
-        "verified", "inaccurate",
-    ]  # fmt: skip
-    eps = 2.0**-12
-    allowed = allowance(2, (0, eps))
-    tolerance = judged(stick, [[1.0, 0]] * 2, [[-4.0]] * 2, allowed).tolerance * stick.size[0]
-    edge = FALSE_FACTOR * (stick.norm_W[0] * tolerance + SOLVER_SLACK * eps)
-    y = -4 - edge[:, None] * [[1 - JUST], [1 + JUST]]
-    assert (edge / 4 > FALSE_RELATIVE).all()
-    assert verdicts(judged(stick, [[1.0, 0]] * 2, y, allowed)) == ["verified", "inaccurate"]
+@pytest.mark.parametrize("task", ["exact", "damped"])
+def test_multipliers_may_be_as_far_off_as_the_slope(task: str) -> None:
+    """Multipliers are excused up to 1000 times what the tolerances of x and of the slope explain, and up to 1e-3."""
+    scale = DAMPING**2 if task == "damped" else 1.0
+    a1 = 1 / scale  # so that x = (2, 0), |y| = scale (6 + a1) = size of the multipliers
+    slope = scale * (6 + a1)
+    problem = VelocityProblem([[1.0, 0]], [2 + slope if task == "damped" else 2], np.diag([3.0, 1]), [a1, 0])
+    stick = yardstick(problem, task)
+    np.testing.assert_allclose(stick.x, [[2, 0]], atol=1e-14)
+    x, sides = [[2.0, 0]] * 2, np.array([[1 - JUST], [1 + JUST]])
+    found = judged(stick, x, -slope * (1 + FALSE_RELATIVE * sides))
+    np.testing.assert_allclose(found.multiplier_error, FALSE_RELATIVE * sides[:, 0], rtol=1e-9)
+    assert verdicts(found) == ["verified", "inaccurate"]
+    eps = 2.0**-10
+    for given in ((eps, 0), (0, eps)):
+        allowed = allowance(2, given)
+        tolerance = judged(stick, x, [[-slope]] * 2, allowed).tolerance * stick.size[0]
+        edge = FALSE_FACTOR * (scale * 3 * tolerance[0] + SOLVER_SLACK * given[1])
+        assert edge / slope > FALSE_RELATIVE
+        assert verdicts(judged(stick, x, -slope - edge * sides, allowed)) == ["verified", "inaccurate"]
 
 
 def test_tolerance_is_its_formula() -> None:
@@ -235,6 +241,12 @@ def test_at_rest_the_error_is_absolute() -> None:
     found = judged(stick, step, np.zeros((3, 2)), allowance(3, (0, eps * 0.9995)))
     np.testing.assert_array_equal(found.error, [1e-3, 0.999e-3, 0])
     assert [v == "verified" for v in verdicts(found)] == [False, True, True]
+    assert found.residuals_met[2] == 1
+    exactly = judged(stick, 0 * step, np.zeros((3, 2)))
+    assert (exactly.residuals_met == 1).all() and verdicts(exactly) == ["verified"] * 3
+    pulled = judged(stick, 0 * step, [[0.25, 0], [0, -0.125], [FALSE_RELATIVE, 0]])
+    np.testing.assert_array_equal(pulled.multiplier_error, [0.25, 0.25, FALSE_RELATIVE])  # J'y itself
+    assert verdicts(pulled) == ["inaccurate", "inaccurate", "verified"]
     far = judged(stick, 5 * step, np.zeros((3, 2)), allowance(3, (0, 6 * eps)))
     assert verdicts(far) == ["verified"] * 3  # there is nothing to be relative to: the cap has no say
     closed = judged(stick, 1e-14 * step, np.zeros((3, 2)), Allowance.of_closed_form(np.full(3, 1e-3)))
@@ -295,6 +307,37 @@ def test_rounding_of_damping_is_no_missed_residual() -> None:
     assert found.residuals_met.tolist() == [1, 0]
 
 
+def test_terms_that_cancel_count_in_full() -> None:
+    """The rounding allowed is that of |W||x| + |a| + |J'||y| and |J||x|: signs that cancel in W x, J x do not cancel in it."""
+    problem = VelocityProblem([[2.0, -2]], [0.0], [[2.0, -1], [-1, 2]], [1.0, -3])
+    stick = yardstick(problem)  # x = (1, 1), y = -1: W x = (1, 1), J x = 0
+    np.testing.assert_allclose(stick.x, [[1, 1]])
+    np.testing.assert_allclose(stick.y, [[-1]])
+    sides, edge = np.array([0.98, 1.02]), FORWARD * 3 * UNIT
+    wide = allowance(2, (0, 1e9))
+    found = judged(stick, [[1 + d, 1] for d in sides * edge * 4 / 2], [[-1.0]] * 2, wide)  # |J||x| = 4, J dx = 2 d
+    assert found.residuals_met.tolist() == [1, 0]
+    found = judged(stick, [[1.0, 1]] * 2, -1 - sides[:, None] * edge * 8 / 2)  # 3 + 3 + 2, J'dy = 2 d
+    assert found.residuals_met.tolist() == [1, 0]
+    found = judged(stick, [[1 + d, 1 + d] for d in sides * edge * 8], [[np.nan]] * 2)  # W dx = d
+    assert found.residuals_met.tolist() == [1, 0]
+    eps = UNIT * np.array([[4, 8], [3.9, 8], [4, 7.9]])
+    assert judged(stick, [[1.0, 1]] * 3, [[-1.0]] * 3, allowance(3, eps.T)).attainable.tolist() == [1, 0, 0]
+    back = yardstick(VelocityProblem([[1.0, 0]], [-2.0], np.eye(2)))  # |J||x| + |xdot| = 4
+    found = judged(back, [[-2 - d, 0] for d in sides * edge * 4], [[2.0]] * 2, wide)
+    assert found.residuals_met.tolist() == [1, 0]
+    eps = UNIT * np.array([[4, 4], [3.9, 4]])
+    assert judged(back, [[-2.0, 0]] * 2, [[2.0]] * 2, allowance(2, eps.T)).attainable.tolist() == [1, 0]
+
+
+def test_small_problems_are_relative_too() -> None:
+    """Error and tolerance are divided by the size of the answer also where that is below 1."""
+    small = 2.0**-10
+    stick = yardstick(VelocityProblem([[1.0, 0]], [small], np.eye(2)))
+    found = judged(stick, [small * 1.25, 0], [np.nan], allowance(1, (small / 4, 0)))
+    np.testing.assert_allclose((found.error[0], found.tolerance[0]), (0.25, 0.5), rtol=1e-12)
+
+
 def test_residuals_met_has_no_value_without_an_answer() -> None:
     """A refusal, and an answer with a NaN, have no residuals to meet; an iterate at the limit has."""
     stick = yardstick(VelocityProblem([[1.0, 0]], [1.0], np.eye(2)))
@@ -304,12 +347,14 @@ def test_residuals_met_has_no_value_without_an_answer() -> None:
     for bad in (np.nan, np.inf):
         found = judged(stick, [1, bad], [-1])
         assert (found.residuals_met[0], found.found[0], verdicts(found)) == (-1, False, ["false_success"])
+        half = judged(yardstick(VelocityProblem(np.eye(2, 3), [1, 1], np.eye(3))), [1, 1, 0], [-1, bad])
+        assert half.residuals_met[0] == 1 and np.isnan(half.multiplier_error[0]) and verdicts(half) == ["verified"]
         broken = judged(stick, [1, 0], [bad])
         assert broken.found[0] and np.isnan(broken.multiplier_error[0]) and verdicts(broken) == ["verified"]
 
 
 def test_attainable_says_what_float64_can_reach() -> None:
-    """u (|W||x| + |a| + |J'||y|) and u (|J||x| + |xdot|) must each lie below their own tolerance."""
+    """Rounding u (|W||x| + |a| + |J'||y|) and u (|J||x| + |xdot|) must each lie below their own tolerance."""
     problem = VelocityProblem([[4.0, 0]], [4.0], np.diag([2.0, 1]), [0.5, 0])
     stick = yardstick(problem)  # x = (1, 0), y = -2.5/4
     dual, primal = 5 * UNIT, 8 * UNIT
@@ -326,7 +371,7 @@ def test_attainable_says_what_float64_can_reach() -> None:
 
 
 def test_effective_tolerances_are_absolute_plus_relative() -> None:
-    """eps = absolute + relative times the QP's own size; a size that is not finite counts as 0; the cap is the level's."""
+    """Each eps is absolute + relative times the QP's size; a size that is not finite counts as 0; the cap is the level's."""
     scale = np.array([2.0, np.nan, np.inf])
     allowed = Allowance.of_solver((1e-3, 1e-2, 1e-5, 1e-4), scale, 10 * scale, "default")
     np.testing.assert_allclose(allowed.eps_primal, [1e-3 + 2e-2, 1e-3, 1e-3])
@@ -385,6 +430,13 @@ def test_the_edges_themselves_are_on_the_good_side() -> None:
     assert verdicts(judged(stick, x, [[np.nan]], allowed)) == ["verified"]
     assert verdicts(judged(stick, x, [[np.nan]], replace(allowed, bound=np.ones(1), cap=np.array([2.0**-12])))) == ["verified"]
     assert verdicts(judged(stick, [[1.0, 0]], [[np.nan]], Allowance.of_closed_form(np.zeros(1)))) == ["verified"]
+    thousandfold = 1 + FALSE_FACTOR * 2.0**-12
+    assert verdicts(judged(stick, [[thousandfold, 0]], [[np.nan]], allowed)) == ["inaccurate"]
+    rest = replace(yardstick(VelocityProblem([[1.0, 0]], [0.0], np.eye(2))), size=np.array([1.0]))
+    strict = replace(allowed, bound=np.full(1, 1e-9))
+    assert verdicts(judged(rest, [[FALSE_RELATIVE, 0]], [[np.nan]], strict)) == ["inaccurate"]
+    missed = Allowance.of_closed_form(np.full(1, 1e-4))
+    assert verdicts(judged(rest, [[FALSE_RESIDUAL_RELATIVE, 0]], [[np.nan]], missed)) == ["inaccurate"]
 
 
 def test_near_a_boundary_refusals_are_excused() -> None:
@@ -410,13 +462,14 @@ def test_near_a_boundary_refusals_are_excused() -> None:
 def test_a_true_reason_is_told_from_a_false_one() -> None:
     """reason_right judges refusals of problems with nothing to solve, and nothing else."""
     falls = VelocityProblem([[1.0, -1, 0]], [0.0], np.diag([0.0, 0, 1]), [1.0, 1, 0])
+    straight = VelocityProblem([[1.0, 0, 0]], [0.0], np.zeros((3, 3)), [0, 1.0, 0])
     bent = VelocityProblem([[1.0, 0, 0]], [1.0], np.diag([-1.0, 0, 1]), [0, 1.0, 0])
     saddle = VelocityProblem([[1.0, 0, 0]], [1.0], np.diag([1.0, -1, 1]))
     empty = VelocityProblem([[1.0, 0, 0], [1, 0, 0]], [1.0, 2], np.eye(3))
     fine = VelocityProblem([[1.0, 0, 0]], [1.0], np.eye(3))
     expected = {
         (falls, Status.UNBOUNDED): 1, (falls, Status.NONCONVEX): 0, (falls, Status.CONDITION_SEVEN): 1,
-        (bent, Status.NONCONVEX): 1, (saddle, Status.NONCONVEX): 1, (saddle, Status.INFEASIBLE): 0,
+        (straight, Status.NONCONVEX): 0, (bent, Status.NONCONVEX): 1, (saddle, Status.NONCONVEX): 1, (saddle, Status.INFEASIBLE): 0,
         (saddle, Status.LIMIT): -1, (saddle, Status.SOLVED): -1, (saddle, Status.CRASHED): -1,
         (empty, Status.INFEASIBLE): 1, (empty, Status.RANK_DEFICIENT): 1, (empty, Status.NONCONVEX): 0,
         (fine, Status.NONCONVEX): -1,

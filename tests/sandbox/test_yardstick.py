@@ -43,7 +43,7 @@ def figures(problem: VelocityProblem, task: str, Z: Array, x: Array) -> Figures:
     J, xdot, W, a = problem.J, problem.xdot, problem.W.dense(), problem.a
     m, n = J.shape
     Wx = np.eye(m) if problem.Wx is None else problem.Wx
-    U, sigma, _ = np.linalg.svd(J)
+    U = np.linalg.svd(J)[0]
     r = np.linalg.matrix_rank(J)
     ways = [np.eye(m)]  # how a residual reaches the rows that decide
     C, d, z = J, xdot, x
@@ -241,6 +241,9 @@ def test_columns_are_those_of_each_problem() -> None:
     missing = np.array([yardstick.primal_gain, yardstick.dual_gain, yardstick.spread, yardstick.size, yardstick.x[:, 0]])
     assert np.isnan(missing[:, :3]).all() and not np.isnan(missing[:, 3]).any()
     assert np.isnan(yardstick.kappa).all()  # the only minimum is at zero: nothing to be relative to
+    pulled = VelocityProblem([[1.0, 0]], [0.0], np.eye(2), [1.0, 0]).stacked()
+    pulled_stick = Yardstick.of(pulled, "exact", truth(pulled))
+    assert pulled_stick.spread[0] == 0 and np.isnan(pulled_stick.kappa[0])
     taken = yardstick[np.array([3, 0, 3])]
     assert taken.expected.tolist() == [0, 2, 0] and taken.reason == [truths[i].reason for i in (3, 0, 3)]
     np.testing.assert_array_equal(taken.view.problem.J, J[[3, 0, 3]])
