@@ -56,9 +56,9 @@ def chosen(
     )  # fmt: skip
 
 
-def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0) -> Plan:
+def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0, sample_every: int = 10) -> Plan:
     """What `sandbox verify` runs: every formulation at high accuracy, the engines' own settings on `direct` alone."""
     return Plan(
         sets=sets, backends=RUNNABLE, levels={"high_accuracy": list(FORMULATIONS), "default": ["direct"]},
-        closed_forms=list(CLOSED_FORMS), jobs=jobs, time_limit=time_limit, sample_every=10,
+        closed_forms=list(CLOSED_FORMS), jobs=jobs, time_limit=time_limit, sample_every=sample_every,
     )  # fmt: skip

@@ -469,7 +469,8 @@ def test_a_true_reason_is_told_from_a_false_one() -> None:
     fine = VelocityProblem([[1.0, 0, 0]], [1.0], np.eye(3))
     expected = {
         (falls, Status.UNBOUNDED): 1, (falls, Status.NONCONVEX): 0, (falls, Status.CONDITION_SEVEN): 1,
-        (straight, Status.NONCONVEX): 0, (bent, Status.NONCONVEX): 1, (saddle, Status.NONCONVEX): 1, (saddle, Status.INFEASIBLE): 0,
+        (straight, Status.NONCONVEX): 0,
+        (bent, Status.NONCONVEX): 1, (saddle, Status.NONCONVEX): 1, (saddle, Status.INFEASIBLE): 0,
         (saddle, Status.LIMIT): -1, (saddle, Status.SOLVED): -1, (saddle, Status.CRASHED): -1,
         (empty, Status.INFEASIBLE): 1, (empty, Status.RANK_DEFICIENT): 1, (empty, Status.NONCONVEX): 0,
         (fine, Status.NONCONVEX): -1,

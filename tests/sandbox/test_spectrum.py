@@ -80,6 +80,9 @@ def test_the_reduced_weight_keeps_the_factors() -> None:
     np.testing.assert_array_equal(S, np.swapaxes(S, -1, -2))
     for i in range(6):
         np.testing.assert_allclose(S[i], N[i].T @ problem.W.dense()[i] @ N[i], atol=1e-12)
+    A, N = rng.standard_normal((3, 6, 6)), rng.standard_normal((3, 6, 5))
+    S = reduced_weight(VelocityProblem(np.ones((1, 6)), [0.0], A + np.swapaxes(A, -1, -2)), N)
+    np.testing.assert_array_equal(S, np.swapaxes(S, -1, -2))
     d = 2.0**-28  # E N = d: N'WN = d^2 lies below the rounding of W
     factored = VelocityProblem(np.ones((1, 1, 2)), [[0.0]], Weight(np.zeros((2, 2)), [[1 + d, 1.0]]))
     column = np.array([[[1.0], [-1.0]]])

@@ -128,15 +128,21 @@ def test_every_figure_is_its_formula(task: str, m: int, n: int, ranks: list[int]
             np.testing.assert_allclose(yardstick.kappa[i], measured.spread / largest)
 
 
+def test_gains_of_dependent_rows_are_per_row_of_the_task() -> None:
+    """With r < m a unit residual is one of the m rows as given, not of the r combinations that decide."""
+    problem = VelocityProblem([[0.25, 0, 0], [0.25, 1, 0], [0, 0, 0]], [1.0, 2, 0], np.eye(3)).stacked()
+    yardstick = Yardstick.of(problem, "exact", truth(problem))
+    np.testing.assert_allclose(yardstick.primal_gain[0], 4, rtol=1e-13)  # x1 = 4 xdot1, x2 = xdot2 - xdot1
+
+
 @pytest.mark.parametrize("task", ["exact", "least_squares", "damped"])
 def test_a_minimum_that_is_not_unique_is_measured_across_its_freedom(task: str) -> None:
     """With Z bordered on, the figures are those of the answer of least norm; unique members beside it keep theirs."""
     J = np.array([[[1.0, 0, 0, 2]], [[1, 1, 0, 0]], [[0, 2, 0, 0]]])
     W = np.array([np.diag([1.0, 0, 2, 0]), np.diag([0.0, 3, 2, 1]), np.diag([1.0, 5, 0, 0])])
-    W[0, 0, 0] = 0 if task == "damped" else 1
-    a = np.array([[1.0, 0, 3, 0], [0, 1, 1, 2], [2, 1, 0, 0]])
-    a[0, 0] = 0 if task == "damped" else 1
-    a[0, 3] = 0 if task == "damped" else 2
+    a = np.array([[1.0, 0, 3, 2], [0, 1, 1, 2], [2, 1, 0, 0]])
+    if task == "damped":  # what costs nothing must now lie in null J; the rest stiff, so that it hides nothing
+        W[0], a[0] = np.diag([0.0, 0, 512, 0]), 0
     problem = VelocityProblem(J, [[3.0], [2], [4]], W, a)
     truths = truth(problem, task)
     degrees = [t.freedom.shape[1] for t in truths]
@@ -241,9 +247,9 @@ def test_columns_are_those_of_each_problem() -> None:
     missing = np.array([yardstick.primal_gain, yardstick.dual_gain, yardstick.spread, yardstick.size, yardstick.x[:, 0]])
     assert np.isnan(missing[:, :3]).all() and not np.isnan(missing[:, 3]).any()
     assert np.isnan(yardstick.kappa).all()  # the only minimum is at zero: nothing to be relative to
-    pulled = VelocityProblem([[1.0, 0]], [0.0], np.eye(2), [1.0, 0]).stacked()
-    pulled_stick = Yardstick.of(pulled, "exact", truth(pulled))
-    assert pulled_stick.spread[0] == 0 and np.isnan(pulled_stick.kappa[0])
+    held = VelocityProblem([[1.0, 1]], [0.0], np.eye(2), [1.0, 1]).stacked()
+    stick = Yardstick.of(held, "exact", truth(held))
+    assert stick.spread[0] > 0 and not stick.x.any() and np.isnan(stick.kappa[0])
     taken = yardstick[np.array([3, 0, 3])]
     assert taken.expected.tolist() == [0, 2, 0] and taken.reason == [truths[i].reason for i in (3, 0, 3)]
     np.testing.assert_array_equal(taken.view.problem.J, J[[3, 0, 3]])
@@ -276,6 +282,18 @@ def test_inverses_do_not_care_for_units() -> None:
     inverse = _inverse(np.array([K, D[:, None] * K * D, K]))
     for found, scales in zip(inverse, (np.ones(4), D, np.ones(4)), strict=True):
         np.testing.assert_allclose(found * scales[:, None] * scales, np.array(exact, dtype=float), rtol=1e-14, atol=1e-15)
+
+
+def test_inverses_keep_their_digits_at_any_scale() -> None:
+    """Small pivots made large by units do not mislead the elimination: without equilibration this loses six digits."""
+    rng = np.random.default_rng(0)
+    K = rng.uniform(1, 2, (4, 4)) * [[2.0**-30, 1, 1, 1], [1, 1, -1, 1], [1, -1, 2.0**-30, 1], [1, 1, 1, -1]]
+    K = K + K.T
+    for powers in ([20, -20, -20, -18], [-18, -19, 20, -20], [60, 20, 20, 20], [-60, -60, -20, -60]):
+        D = 2.0 ** np.array(powers)
+        scaled = D[:, None] * K * D
+        exact = np.array([oracle.solve(oracle.rational(scaled), unit).solution for unit in oracle.identity(4)], dtype=float)
+        np.testing.assert_allclose(_inverse(scaled[None])[0], exact, rtol=1e-13)
 
 
 def test_a_singular_matrix_has_no_inverse_but_its_neighbours_do() -> None:
