@@ -25,6 +25,7 @@ from sandbox.preparation import Work, prepare
 from sandbox.problem_set import ProblemSet
 from sandbox.solution import CODE, Status
 from sandbox.tolerances import UNIT
+from sandbox.verdict import VERDICTS
 from sandbox.worker import Answers, Workers
 
 Array = np.ndarray
@@ -147,6 +148,7 @@ class Campaign:
     plan: Plan
     keep: Keep
     progress: Progress = quiet
+    run_id: str | None = None
     tally: Tally = field(default_factory=Tally)
     presence: dict[str, Presence] = field(default_factory=dict)
 
@@ -182,7 +184,7 @@ class Campaign:
         for count, work in enumerate(works):
             for name in self.plan.closed_forms:
                 if CLOSED_FORMS[name].task in work.yardsticks:
-                    tables.setdefault(work.set_name, []).append(_closed_form_records(name, work))
+                    tables.setdefault(work.set_name, []).append(_closed_form_records(name, work, self.run_id))
             self.progress("closed forms", count + 1, len(works))
         for set_name, parts in tables.items():
             self.keep("records", f"{set_name}-closed_form", pa.concat_tables(parts))
@@ -253,7 +255,7 @@ class Campaign:
                     if self.presence[backend].state == "ran":
                         batches.setdefault(FORMULATIONS[formulation].task, []).append(batch)
         start = time.perf_counter()
-        tables = [_backend_records(work, task, group, self.plan.time_limit) for task, group in batches.items()]
+        tables = [_backend_records(work, task, group, self.plan.time_limit, self.run_id) for task, group in batches.items()]
         self.tally.add(judge=time.perf_counter() - start)
         return tables
 
@@ -301,7 +303,7 @@ class Campaign:
         return answers
 
 
-def _closed_form_records(name: str, work: Work) -> pa.Table:
+def _closed_form_records(name: str, work: Work, run_id: str | None) -> pa.Table:
     """One closed form on one group, judged by its own error bound."""
     form, problem = CLOSED_FORMS[name], work.group.problem
     yardstick = work.yardsticks[form.task]
@@ -314,12 +316,12 @@ def _closed_form_records(name: str, work: Work) -> pa.Table:
     if form.domain == POSITIVE_WEIGHT:
         promised &= yardstick.lambda_min_W > UNIT * yardstick.norm_W
     judged = judge(yardstick, solution.x, solution.y, codes, Allowance.of_closed_form(bound), promised)
-    more = {"backend": f"closed_form:{name}", "solve_time": each, "runtime": each}
+    more = {"backend": f"closed_form:{name}", "solve_time": each, "runtime": each, "run": run_id}
     rows = np.arange(len(problem))
     return record_table(work, form.task, rows, judged, solution.x, solution.y, codes, list(solution.said), more)
 
 
-def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: float) -> pa.Table:
+def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: float, run_id: str | None) -> pa.Table:
     """All batches of one group and task: one stacked judgement."""
     posed = [work.posings[batch.formulation] for batch in batches]
     members = [batch.members for batch in batches]
@@ -342,7 +344,10 @@ def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: fl
     judged = judge(work.yardsticks[task][rows], qdot, y, status, allowance, promised)
     posing_error = joined([p.posing_error for p in posed])
     with np.errstate(invalid="ignore"):
-        at_fault = joined([p.differs | p.refused for p in posed]) | (posing_error > judged.tolerance)
+        spoilt = joined([p.differs | p.refused for p in posed]) | (posing_error > judged.tolerance)
+    # posing is no excuse for dying, and what came out right needs none
+    own = np.isin(judged.verdict, [VERDICTS.index(v) for v in ("verified", "crashed", "timed_out")])
+    at_fault = spoilt & ~own
     engines = [batch.engine for batch in batches]
     more: dict[str, Any] = {
         "backend": each([batch.backend for batch in batches]),
@@ -352,6 +357,7 @@ def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: fl
         "engine_version": each([e and e.engine_version for e in engines]),
         "effective_settings": each([e and json.dumps(e.settings, sort_keys=True) for e in engines]),
         "mode": "cold",
+        "run": run_id,
         "time_limit": np.full(len(rows), time_limit),
         "posing_error": posing_error,
         "blame": np.where(at_fault, "formulation", "backend"),

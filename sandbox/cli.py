@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,17 +15,17 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from sandbox.errors import SandboxError, UnknownNameError
+from sandbox.errors import EmptyPlanError, SandboxError, UnknownNameError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-    help="Which velocity-control formulation and which QP solver to trust for a redundant manipulator, with the evidence.",
 )  # fmt: skip
 
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="a run folder, as `verify` and `run` make them")]
 Json = Annotated[bool, typer.Option("--json", help="print JSON instead of a table")]
 Jobs = Annotated[int, typer.Option("--jobs", min=1, help="libraries run at the same time")]
 TimeLimit = Annotated[float, typer.Option("--time-limit", min=0.001, help="seconds for one problem")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run that --out already holds")]
 Names = list[str] | None
 
 
@@ -75,12 +76,28 @@ def _summary(folder: Path, content: dict[str, Any]) -> None:
     )  # fmt: skip
 
 
+def _version(wanted: bool) -> None:
+    if wanted:
+        from sandbox import __version__
+
+        print(f"velocity-sandbox {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")] = False,
+) -> None:
+    """Which velocity-control formulation and which QP solver to trust for a redundant manipulator, with the evidence."""
+
+
 @app.command()
 def verify(
     full: Annotated[bool, typer.Option("--full", help="the large sets (about a quarter of an hour)")] = False,
     accept: Annotated[bool, typer.Option("--accept", help="make the verdicts of this run the committed baseline")] = False,
     out: Annotated[Path | None, typer.Option("--out", help="run folder [runs/verify-DATE]")] = None,
     page: Annotated[Path, typer.Option("--page", help="where the HTML report goes")] = Path("reports/out/verification.html"),
+    overwrite: Overwrite = False,
     jobs: Jobs = _cores(),
     time_limit: TimeLimit = 2.0,
 ) -> None:
@@ -99,7 +116,9 @@ def verify(
     every = 20 if full else 10  # the slow interfaces would take most of the time and tell least
     plan = standard([sets.load(name, full) for name in sets.SETS], jobs=jobs, time_limit=time_limit, sample_every=every)
     with _bar() as tell:
-        content = carry_out(plan, folder, command=f"sandbox verify{' --full' if full else ''}", progress=tell)
+        content = carry_out(
+            plan, folder, command=f"sandbox verify{' --full' if full else ''}", progress=tell, overwrite=overwrite
+        )
     _summary(folder, content)
     console = _console()
     written = write_report(folder, page)
@@ -121,8 +140,11 @@ def run(
     backend: Annotated[Names, typer.Option("--backend", help="backend or library; repeat for several [all]")] = None,
     formulation: Annotated[Names, typer.Option("--formulation", help="formulation; repeat for several [all]")] = None,
     settings: Annotated[Names, typer.Option("--settings", help="settings level; repeat for several [high_accuracy]")] = None,
-    task: Annotated[Names, typer.Option("--task", help="tasks of a file's problems [exact; and least_squares with Wx]")] = None,
+    task: Annotated[
+        Names, typer.Option("--task", help="exact, least_squares or damped [a set's own; exact, and least_squares with Wx]")
+    ] = None,
     full: Annotated[bool, typer.Option("--full", help="the large form of a set")] = False,
+    overwrite: Overwrite = False,
     jobs: Jobs = _cores(),
     time_limit: TimeLimit = 2.0,
 ) -> None:
@@ -137,7 +159,7 @@ def run(
     for option, values in (("--backend", backend), ("--formulation", formulation), ("--settings", settings), ("--task", task)):
         words += [word for value in values or () for word in (option, value)]
     with _bar() as tell:
-        content = carry_out(plan, out, command=" ".join(words), progress=tell)
+        content = carry_out(plan, out, command=shlex.join(words), progress=tell, overwrite=overwrite)
     _summary(out, content)
 
 
@@ -147,8 +169,11 @@ def _source(source: str, tasks: tuple[str, ...] | None, full: bool) -> Any:
     from sandbox.problem_file import read_problems
 
     if source in sets.SETS:
-        return sets.load(source, full)
+        found = sets.load(source, full)
+        return found if tasks is None else found.narrowed(tasks)
     if Path(source).suffix or Path(source).exists():
+        if full:
+            raise EmptyPlanError(f"--full is for problem sets; {source} is a file")
         return read_problems(Path(source), tasks)
     raise UnknownNameError.of("problem set", source, sets.SETS)
 
@@ -168,11 +193,13 @@ def report(
 @app.command()
 def show(
     folder: Run,
-    problem: Annotated[str, typer.Argument(help="problem id, or the beginning of one")],
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="problem id, or the beginning of one")],
     backend: Annotated[str | None, typer.Option("--backend", help="only this backend")] = None,
     formulation: Annotated[str | None, typer.Option("--formulation", help="only this formulation")] = None,
     settings: Annotated[str | None, typer.Option("--settings", help="only this settings level")] = None,
-    script: Annotated[bool, typer.Option("--script", help="print a Python file that repeats it without the sandbox")] = False,
+    script: Annotated[
+        bool, typer.Option("--script", help="print a Python file that repeats it without the sandbox [of closed_form:eq6]")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """One case in full, or as a stand-alone script."""
@@ -194,6 +221,7 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List what there is."""
+    from rich.markup import escape
     from rich.table import Table
 
     from sandbox.plan import known
@@ -206,7 +234,7 @@ def list_(
     for name in rows[0]:
         drawn.add_column(name, overflow="fold")
     for row in rows:
-        drawn.add_row(*(str(value) if value is not None else "silent" for value in row.values()))
+        drawn.add_row(*(escape(str(value)) if value is not None else "silent" for value in row.values()))
     _console().print(drawn)
 
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import pyarrow as pa
 
 from sandbox.campaign import Campaign
-from sandbox.plan import chosen
-from sandbox.problem import VelocityProblem
+from sandbox.plan import chosen, known
+from sandbox.problem import VelocityProblem, given
 from sandbox.problem_set import Group, ProblemSet
 from sandbox.records import RECORDS
+from sandbox.task import TASKS
 
 
 def cross_validate(
@@ -33,9 +34,18 @@ def cross_validate(
     ------
     UnknownNameError
         where a name is not registered; it lists those that are.
+    EmptyPlanError
+        where a formulation is asked for whose task is not.
     """
-    group = Group(problem.stacked(), tasks=tuple(tasks))
-    plan = chosen([ProblemSet("given", (group,))], backends, formulations, [settings], time_limit=time_limit)
+    stack = given(problem).stacked()
+    group = Group(stack, {"step": list(range(len(stack)))}, tuple(known("task", _listed(tasks), TASKS)))
+    sets = [ProblemSet("given", (group,))]
+    plan = chosen(sets, _listed(backends), _listed(formulations), [settings], time_limit=time_limit)
     kept = [RECORDS.empty_table()]
     Campaign(plan, lambda kind, _, table: kept.append(table) if kind == "records" else None).carry_out()
     return pa.concat_tables(kept).unify_dictionaries().combine_chunks()
+
+
+def _listed(names: Sequence[str] | str | None) -> Sequence[str] | None:
+    """One name may come without its list."""
+    return [names] if isinstance(names, str) else names

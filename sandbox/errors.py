@@ -44,6 +44,10 @@ class UnknownNameError(SandboxError, KeyError):
         return cls(f"no {kind} is called {name!r}; there are: {', '.join(sorted(known))}", name=name)
 
 
+class EmptyPlanError(SandboxError, ValueError):
+    """What was asked for fits no problem: nothing would be run."""
+
+
 class InputFileError(SandboxError, ValueError):
     """A file that the user named cannot be read as what it should be."""
 

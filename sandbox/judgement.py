@@ -138,7 +138,6 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
         (gains + FORWARD * (n + m) * UNIT * yardstick.spread) / size,
         np.where(yardstick.size > 0, allowance.bound, 0.0),
     )
-    cap = np.where(yardstick.size > 0, allowance.cap, np.inf)
 
     # multipliers by J'y, unique even where y is not; it moves with x along the freedom, where W is indefinite
     true_multiplied = (np.swapaxes(problem.J, -1, -2) @ yardstick.y[..., None])[..., 0]
@@ -153,10 +152,6 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
         (multiplier_error <= FALSE_FACTOR * multiplier_tolerance) | (multiplier_error <= FALSE_RELATIVE)
     )
 
-    right = (error <= tolerance) & (error <= cap)
-    beyond = ~(error <= FALSE_FACTOR * tolerance) & ~(error <= FALSE_RELATIVE)
-    beyond |= ~conditions_met & ~(error <= FALSE_RESIDUAL_RELATIVE)
-    grade = np.where(right & ~multipliers_wrong, 0, np.where(beyond & ~right, 2, 1))
     near = yardstick.margin < np.where(
         np.isnan(allowance.bound),
         np.maximum(
@@ -165,6 +160,14 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
         ),
         UNDECIDABLE_CLOSED_FORM * (n + m) * UNIT,
     )
+    # however generous the tolerance: digits of the answer itself, or rounding of the terms that cancel in it
+    length = _largest(yardstick.x)
+    length = np.where(length > 0, length, np.where(yardstick.size > 0, yardstick.size, np.inf))
+    has_digits = (_largest(offset) <= allowance.cap * length) | ((error <= rounding) & ~near)
+    right = (error <= tolerance) & has_digits
+    beyond = ~(error <= FALSE_FACTOR * tolerance) & ~(error <= FALSE_RELATIVE)
+    beyond |= ~conditions_met & ~(error <= FALSE_RESIDUAL_RELATIVE)
+    grade = np.where(right & ~multipliers_wrong, 0, np.where(beyond & ~right, 2, 1))
     code = verdicts(yardstick.expected, status, promised, finite, near, conditions_met, grade)
 
     refused = np.array([STATUSES[s].refused for s in status], dtype=bool)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from sandbox.backends import BACKENDS
 from sandbox.campaign import Plan
 from sandbox.closed_form import CLOSED_FORMS
-from sandbox.errors import UnknownNameError
+from sandbox.errors import EmptyPlanError, UnknownNameError
 from sandbox.formulation import FORMULATIONS
 from sandbox.problem_set import ProblemSet
 from sandbox.tolerances import VERIFIED_RELATIVE
@@ -41,11 +41,19 @@ def chosen(
 ) -> Plan:  # fmt: skip
     """A plan that runs the same formulations at every settings level; closed forms are named "closed_form:eq6".
 
-    Raises UnknownNameError where a name is not registered.
+    Raises UnknownNameError where a name is not registered, EmptyPlanError where nothing would be run.
     """
     forms = [f"{CLOSED_FORM_PREFIX}{name}" for name in CLOSED_FORMS]
     levels = known("settings level", settings, VERIFIED_RELATIVE)
     posed = known("formulation", formulations, FORMULATIONS)
+    tasks = {task for one in sets for group in one.groups for task in group.tasks}
+    if formulations and not any(FORMULATIONS[name].task in tasks for name in posed):
+        needed = ", ".join(sorted({FORMULATIONS[name].task for name in posed}))
+        raise EmptyPlanError(
+            f"{', '.join(posed)} poses task {needed}, but the problems are posed for {', '.join(sorted(tasks))}"
+        )
+    if time_limit <= 0:
+        raise EmptyPlanError(f"time_limit is {time_limit:g} s; it must be positive")
     wanted = known("backend", backends, [*(BACKENDS if backends else RUNNABLE), *forms])
     return Plan(
         sets=sets,

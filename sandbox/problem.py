@@ -125,3 +125,10 @@ class VelocityProblem:
         self = object.__new__(cls)
         self._set(J, xdot, W, a, Wx)
         return self
+
+
+def given(problem: object) -> VelocityProblem:
+    """`problem` if it is one; ShapeError, which says how to make one, if it is anything else."""
+    if not isinstance(problem, VelocityProblem):
+        raise ShapeError(f"expected a VelocityProblem, not {type(problem).__name__}: VelocityProblem(J=..., xdot=..., W=...)")
+    return problem

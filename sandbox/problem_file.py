@@ -34,14 +34,16 @@ def read_problems(path: Path, tasks: tuple[str, ...] | None = None) -> ProblemSe
     readers = {".npz": _npz, ".json": _json}
     if path.suffix not in readers:
         raise InputFileError(f"{path}: a problem file ends in {' or '.join(readers)}, not in {path.suffix!r}")
-    groups = []
+    groups: list[Group] = []
     for place, arrays in readers[path.suffix](path):
         try:
             problem = _problem(arrays).stacked()
         except SandboxError as error:
             raise InputFileError(f"{path}{place}: {error}") from error
         wanted = tasks or (("exact",) if problem.Wx is None else ("exact", "least_squares"))
-        groups.append(Group(problem, tasks=wanted))
+        first = sum(len(group) for group in groups)
+        places = list(range(first, first + len(problem)))  # where a problem stands in the file
+        groups.append(Group(problem, {"step": places}, wanted))
     if not groups:
         raise InputFileError(f"{path}: holds no problem")
     return ProblemSet(path.stem, tuple(groups), f"read from {path.name}")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.errors import ShapeError
+from sandbox.errors import EmptyPlanError, ShapeError
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -80,3 +80,11 @@ class ProblemSet:
 
     def __len__(self) -> int:
         return sum(len(group) for group in self.groups)
+
+    def narrowed(self, tasks: tuple[str, ...]) -> ProblemSet:
+        """The same set posed for these tasks only; groups posed for none of them are left out."""
+        kept = [(group, tuple(task for task in group.tasks if task in tasks)) for group in self.groups]
+        groups = tuple(Group(group.problem, group.labels, both) for group, both in kept if both)
+        if not groups:
+            raise EmptyPlanError(f"no problem of {self.name} is posed for {', '.join(tasks)}")
+        return ProblemSet(self.name, groups, self.about)

@@ -145,6 +145,10 @@ class _atomic:
         if kind is None:
             with open(self.temporary, "rb") as handle:
                 os.fsync(handle.fileno())
+            # mkstemp makes private files: give this one the mode that any other new file would have
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(self.temporary, 0o666 & ~mask)
             os.replace(self.temporary, self.path)
         else:
             os.unlink(self.temporary)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib import metadata
@@ -20,21 +19,25 @@ from sandbox.campaign import Campaign, Plan, Progress, quiet
 from sandbox.closed_form import CLOSED_FORMS
 from sandbox.errors import InputFileError
 from sandbox.formulation import FORMULATIONS
-from sandbox.records import read_table, write_json, write_parquet
+from sandbox.plan import RUNNABLE
+from sandbox.records import read_run, read_table, write_json, write_parquet
 
 KINDS = ("problems", "truth", "records")
 
+FORMAT = 1
+"""Of run.json; a folder of another format is not touched."""
 
-def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet) -> dict[str, Any]:
+
+def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet, overwrite: bool = False) -> dict[str, Any]:
     """Run `plan` into the folder `out` and return its run.json; an interrupted run keeps what was done.
 
     Raises
     ------
     InputFileError
-        if `out` exists and is not a run folder (an earlier run there is replaced).
+        if `out` holds anything, unless that is a run and `overwrite` says to replace it.
     """
     out = Path(out)
-    _clear(out)
+    _make_room(out, overwrite)
     started = datetime.now(UTC)
     content = _describe(plan, command, started)
 
@@ -42,7 +45,7 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
         write_parquet(table, out / kind / f"{name}.parquet")
 
     write_json(content, out / "run.json")
-    campaign = Campaign(plan, keep, progress)
+    campaign = Campaign(plan, keep, progress, run_id=content["id"])
     try:
         campaign.carry_out()
         content["complete"] = True
@@ -58,21 +61,25 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
     return content
 
 
-def _clear(out: Path) -> None:
-    """Make room: only what a run wrote is ever removed."""
+def _make_room(out: Path, overwrite: bool) -> None:
+    """An empty folder `out`; only the parts of a run of our own are ever removed."""
     if out.exists() and not out.is_dir():
         raise InputFileError(f"{out} is a file; --out names a folder")
-    if out.exists() and any(out.iterdir()):
-        if not (out / "run.json").is_file():
-            raise InputFileError(f"{out} holds files that are no run; name another folder with --out")
-        for kind in KINDS:
-            shutil.rmtree(out / kind, ignore_errors=True)
+    if not out.exists() or not any(out.iterdir()):
+        return
+    if not (out / "run.json").is_file() or read_run(out).get("format") != FORMAT:
+        raise InputFileError(f"{out} holds files that are no run; name another folder with --out")
+    if not overwrite:
+        raise InputFileError(f"{out} holds a run; name another folder with --out, or replace it with --overwrite")
+    for kind in KINDS:
+        for part in (out / kind).glob("*.parquet"):
+            part.unlink()
 
 
 def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
     """What is known of a run before it begins."""
     return {
-        "format": 1,
+        "format": FORMAT,
         "id": started.strftime("%Y%m%dT%H%M%SZ"),
         "command": command,
         "started": started.isoformat(timespec="seconds"),
@@ -98,7 +105,7 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
             for s in plan.sets
         ],
         "backends": [
-            _backend(name, name in plan.backends) for name in BACKENDS if name in plan.backends or _known_to_fail(name)
+            _backend(name, name in plan.backends) for name in BACKENDS if name in plan.backends or _known_to_fail(name, plan)
         ],
         "closed_forms": [
             {"name": f.name, "task": f.task, "domain": f.domain, "bound": f.bound_text, "about": f.about, "source": f.source}
@@ -115,8 +122,10 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
     }
 
 
-def _known_to_fail(name: str) -> bool:
-    return BACKENDS[name].expected != "runs"
+def _known_to_fail(name: str, plan: Plan) -> bool:
+    """Whether a backend is left out only because it is known to fail: all others of its library are planned."""
+    peers = [other for other in RUNNABLE if BACKENDS[other].library == BACKENDS[name].library]
+    return name not in RUNNABLE and all(other in plan.backends for other in peers)
 
 
 def _backend(name: str, planned: bool) -> dict[str, Any]:

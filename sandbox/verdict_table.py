@@ -51,7 +51,9 @@ def counts(run: Path) -> list[dict[str, Any]]:
 def table(rows: list[dict[str, Any]]) -> Table:
     """The rows of `counts` as a table; a verdict that never occurs has no column."""
     used = [verdict for verdict in VERDICTS if any(verdict in row for row in rows)]
-    drawn = Table(title="verdicts (answers that posing alone spoils are counted under `posing`)", title_justify="left")
+    drawn = Table(
+        title="verdicts (what the formulation itself refused or spoilt is counted under `posing`)", title_justify="left"
+    )
     for name in ("backend", "formulation", "settings"):
         drawn.add_column(name, overflow="fold")
     for verdict in used:

@@ -152,6 +152,23 @@ def test_a_stationary_point_that_is_no_minimum_is_caught(reason: str) -> None:
     assert caught >= 10
 
 
+def test_an_answer_without_a_right_digit_is_not_verified() -> None:
+    """Near a singularity the residual hides joint rates that are off by their own length; the verdict does not."""
+    caught = 0
+    for group in sets.load("near_singular").groups:
+        yardstick, x, y = clean(group.problem)
+        _, sigma, Vt = np.linalg.svd(group.problem.J)
+        hidden = (sigma[:, -1] < 1e-9) & (np.abs(x).max(axis=-1) < 10)
+        if not hidden.any():
+            continue
+        last = group.problem.m - 1
+        found = judged(yardstick, x + Vt[:, last] * np.abs(x).max(axis=-1, keepdims=True), y)
+        assert (found.primal_residual[hidden] < 1e-8).all()
+        assert "verified" not in {name for name, one in zip(verdicts(found), hidden, strict=True) if one}
+        caught += int(hidden.sum())
+    assert caught >= 5
+
+
 def test_a_wrong_refusal_is_caught(regular: VelocityProblem) -> None:
     """Refusing a problem that the documentation promises to solve is no way out."""
     yardstick, x, y = clean(regular)

@@ -41,9 +41,7 @@ NO_DIGIT = (
 )
 
 
-def normal_equations(
-    problem: VelocityProblem, W: Array, dtype: Any = np.float64
-) -> tuple[Array, Array, Array, Array, Array]:
+def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64) -> tuple[Array, Array, Array, Array, Array]:
     """(x, y, W not positive definite, J W^-1 J' not positive definite, bound worth a look) for every member."""
     B, m, n = len(problem), problem.m, problem.n
     J, xdot, W, a = (np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, W, problem.a))

@@ -17,7 +17,7 @@ from sandbox.errors import (
     UnknownNameError,
     WeightNotPositiveDefiniteError,
 )
-from sandbox.problem import VelocityProblem
+from sandbox.problem import VelocityProblem, given
 from sandbox.solution import Solution, Status
 from sandbox.tolerances import DAMPING
 
@@ -59,7 +59,7 @@ def solve(
     method : a name in CLOSED_FORMS; "eq13" for the least-squares sense
     on_refusal : "raise" for the first refused member, or "status" to return NaN and the status instead
     rank_tolerance : for eq13, the share of the largest singular value up to which one counts as zero
-    damping : for damped_least_squares, lambda >= 0 [unit of J W^-1/2]
+    damping : for damped_least_squares, lambda >= 0 [square root of the objective's unit]
 
     Returns
     -------
@@ -73,15 +73,16 @@ def solve(
     UnknownNameError, RangeError
         for an unknown method or option, or an option out of range.
     """
+    problem = given(problem)
     if method not in CLOSED_FORMS:
         raise UnknownNameError.of("closed form", method, CLOSED_FORMS)
     if on_refusal not in ("raise", "status"):
         raise UnknownNameError.of("choice of on_refusal", on_refusal, ("raise", "status"))
-    given = {"rank_tolerance": None if rank_tolerance is None else (rank_tolerance, 1.0)}
-    given["damping"] = None if damping == DAMPING else (damping, np.inf)
+    asked = {"rank_tolerance": None if rank_tolerance is None else (rank_tolerance, 1.0)}
+    asked["damping"] = None if damping == DAMPING else (damping, np.inf)
     takes = {"eq13": ("rank_tolerance",), "damped_least_squares": ("damping",)}.get(method, ())
     options: dict[str, Any] = {}
-    for name, value in given.items():
+    for name, value in asked.items():
         if value is None:
             continue
         if name not in takes:

@@ -11,7 +11,7 @@ from flint import fmpz, fmpz_mat
 
 from sandbox import check, tolerances
 from sandbox.errors import NonFiniteError, ShapeError, UnknownNameError
-from sandbox.problem import VelocityProblem
+from sandbox.problem import VelocityProblem, given
 from sandbox.reference import margin as margins
 from sandbox.reference.exact import (
     Dyadic,
@@ -89,7 +89,7 @@ class Truth:
 
 
 def truth(problem: VelocityProblem, task: str = "exact", *, damping: float = tolerances.DAMPING) -> Truth | list[Truth]:
-    """Decide `problem` for one task; a list for a stack.
+    """Decide `problem` for one task; a list for a stack, in flat order.
 
     task "exact": J qdot = xdot; "least_squares": eq. (13), the minimisers of (J qdot - xdot)'Wx(J qdot - xdot);
     "damped": methods C1 with lambda = `damping` [unit of sqrt(xdot'Wx xdot / qdot'W qdot)], a float taken exactly.
@@ -101,13 +101,13 @@ def truth(problem: VelocityProblem, task: str = "exact", *, damping: float = tol
     factor = check.real(damping, "damping")
     if factor.ndim:
         raise ShapeError(f"damping has shape {factor.shape}; it must be one number", field="damping")
-    stack, truths = problem.stacked(), []
+    stack, truths = given(problem).stacked(), []
     for i in range(len(stack)):
         E = None if stack.W.E is None else stack.W.E[i]
         gamma = None if stack.W.gamma is None else stack.W.gamma[i]
         Wx = None if stack.Wx is None else stack.Wx[i]
-        given = _Given(stack.J[i], stack.xdot[i], stack.W.base[i], E, gamma, stack.a[i], Wx)
-        truths.append(given.damped(float(factor)) if task == "damped" else getattr(given, task)())
+        member = _Given(stack.J[i], stack.xdot[i], stack.W.base[i], E, gamma, stack.a[i], Wx)
+        truths.append(member.damped(float(factor)) if task == "damped" else getattr(member, task)())
     return truths if problem.lead else truths[0]
 
 
@@ -128,8 +128,8 @@ def truth_of_qp(H: Array, g: Array, A: Array, b: Array) -> Truth | list[Truth]:
             raise ShapeError(f"{name} has shape {part.shape}; it must be {(*lead, *shape)}", field=name)
         if not np.isfinite(part).all():
             raise NonFiniteError(f"{name} holds NaN or infinity; every entry must be finite", field=name)
-    given = [_Given(A[i], b[i], H[i], None, None, g[i], None) for i in np.ndindex(*lead)]
-    truths = [one.exact() for one in given]
+    members = [_Given(A[i], b[i], H[i], None, None, g[i], None) for i in np.ndindex(*lead)]
+    truths = [one.exact() for one in members]
     return truths if lead else truths[0]
 
 

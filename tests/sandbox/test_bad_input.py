@@ -16,6 +16,7 @@ import pytest
 import sandbox
 from sandbox.errors import (
     AsymmetricWeightError,
+    EmptyPlanError,
     InputFileError,
     NonFiniteError,
     RangeError,
@@ -136,6 +137,23 @@ def test_problem_files(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("call", [sandbox.solve, sandbox.truth, sandbox.cross_validate])
+def test_what_is_no_problem_is_refused(call: Any) -> None:
+    """The library functions say what they expect, and how to make one."""
+    with pytest.raises(ShapeError, match=r"expected a VelocityProblem, not int: VelocityProblem\(J="):
+        call(3)
+
+
+def test_library_options() -> None:
+    """A single name needs no list; what would run nothing is an error."""
+    problem = sandbox.VelocityProblem(**GOOD)
+    assert sandbox.cross_validate(problem, backends="closed_form:eq6", tasks="exact").num_rows == 1
+    with pytest.raises(EmptyPlanError, match="slack poses task damped"):
+        sandbox.cross_validate(problem, backends="numpy", formulations="slack")
+    with pytest.raises(EmptyPlanError, match="must be positive"):
+        sandbox.cross_validate(problem, backends="numpy", time_limit=0)
+
+
 def test_good_files_read(tmp_path: Path) -> None:
     """One problem, a stack, a list of objects and factored weights are read bit for bit."""
     stack = {**GOOD, "J": np.random.default_rng(1).normal(size=(4, 2, 3))}
@@ -167,6 +185,18 @@ def command(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         (["export", "nowhere", "--parquet", "x.parquet"], "nowhere is no run folder"),
         (["export", "spoilt", "--parquet", "x.parquet"], "is no Parquet file"),
         (["list", "robotz"], "no list is called 'robotz'"),
+        (["run", "bad.npz", "--out", "new", "--full"], "--full is for problem sets"),
+        (
+            ["run", "seven_joint", "--out", "new", "--formulation", "slack"],
+            "slack poses task damped, but the problems are posed for exact",
+        ),
+        (["run", "seven_joint", "--out", "new", "--task", "damped"], "no problem of seven_joint is posed for damped"),
+        (["run", "seven_joint", "--out", "new", "--task", "best"], "no task is called 'best'"),
+        (
+            ["run", "textbook", "--out", "old"],
+            "old holds a run; name another folder with --out, or replace it with --overwrite",
+        ),
+        (["run", "textbook", "--out", "foreign", "--overwrite"], "foreign holds files that are no run"),
         (["run", "textbook"], "Missing option"),
         (["run", "textbook", "--out", "new", "--time-limit", "0"], "Invalid value"),
     ],
@@ -179,6 +209,10 @@ def test_the_command_line_refuses(words: list[str], said: str, tmp_path: Path) -
     (tmp_path / "spoilt" / "records").mkdir(parents=True)
     (tmp_path / "spoilt" / "run.json").write_text("{}")
     (tmp_path / "spoilt" / "records" / "a.parquet").write_text("no Parquet")
+    for folder, content in (("old", {"format": 1}), ("foreign", {"format": "mine"})):
+        (tmp_path / folder / "records").mkdir(parents=True)
+        (tmp_path / folder / "run.json").write_text(json.dumps(content))
+        (tmp_path / folder / "records" / "notes.parquet").write_text("mine")
     before = sorted(tmp_path.rglob("*"))
     done = command(*words, cwd=tmp_path)
     assert done.returncode == 2, done.stderr

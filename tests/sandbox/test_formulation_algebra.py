@@ -10,7 +10,7 @@ import pytest
 from sandbox.formulation import FORMULATIONS
 from sandbox.formulation.convexified import AUGMENTED_LAGRANGIAN, CONVEXIFIED
 from sandbox.formulation.direct import DIRECT
-from sandbox.formulation.formulation import Posed
+from sandbox.formulation.formulation import Posed, symmetric
 from sandbox.formulation.least_squares import HIERARCHICAL, NORMAL_EQUATIONS, RANGE_SPACE
 from sandbox.formulation.null_space import NULL_SPACE
 from sandbox.formulation.slack import SLACK
@@ -72,6 +72,8 @@ def test_positive_definite_exactly_where_condition_seven_holds(formulation) -> N
         status, words = posing.refused[i]
         assert status is Status.CONDITION_SEVEN and words.startswith("condition (7) fails")
         assert abs(float(words.split(" is ")[1].split(",")[0]) - value) < 1e-5
+    flat = formulation.build(stacked(F1, np.zeros((3, 3)), np.array([1.0, 1])))
+    assert not flat.parts and flat.refused[0][0] is Status.CONDITION_SEVEN
     saddles = np.array([np.diag([1.0, 1, 1, -2]), np.diag([-1.0, 1, 1, 1]), np.diag([-8 / 3, 1, 1, 1])])
     posing = formulation.build(stacked(F2, saddles, np.array([1.0, 1])))
     assert [posed.index.tolist() for posed in posing.parts] == [[1]] and set(posing.refused) == {0, 2}
@@ -205,14 +207,16 @@ def test_null_space_refuses_what_it_cannot_pose() -> None:
     posing = NULL_SPACE.build(stacked(tall, np.eye(2), np.array([[1.0, 2, 3], [1, 2, 4]])))
     assert not posing.parts
     assert [posing.refused[i][0] for i in (0, 1)] == [Status.NOT_RUN, Status.INFEASIBLE]
+    assert not NULL_SPACE.build(stacked(J[0], np.eye(2), xdot[1])).parts  # not even an empty stack
 
 
 def test_null_space_consistency_turns_at_its_tolerance() -> None:
     """A miss of xdot counts from 50 n u (sigma_1 |q_p| + |xdot|) on."""
     J = np.array([[4.0, 0, 0], [0, 0, 0]])
     edge = CONSISTENCY * 3 * UNIT * (4 * 2 + 8)  # q_p = (2, 0, 0)
-    posing = NULL_SPACE.build(stacked(J, np.eye(3), np.array([[8.0, 0.99 * edge], [8, 1.01 * edge]])))
-    assert posing.parts[0].index.tolist() == [0] and set(posing.refused) == {1}
+    for there in (8.0, -8.0):
+        posing = NULL_SPACE.build(stacked(J, np.eye(3), np.array([[there, 0.99 * edge], [there, 1.01 * edge]])))
+        assert posing.parts[0].index.tolist() == [0] and set(posing.refused) == {1}
 
 
 def least_squares_problem() -> VelocityProblem:
@@ -258,6 +262,20 @@ def test_the_first_stage_is_the_target_alone() -> None:
             np.testing.assert_array_equal(posed.qp.g[i], -J.T @ Wx @ xdot)
             seen += 1
     assert seen == 3
+
+
+def test_what_is_posed_is_symmetric() -> None:
+    """H of every formulation equals its transpose to the last bit, whatever rounding made of the products."""
+    np.testing.assert_array_equal(symmetric(np.array([[[0.0, 2], [0, 1]]])), [[[0, 1], [1, 1]]])
+    rng = np.random.default_rng(7)
+    A, B = rng.standard_normal((4, 7, 7)), rng.standard_normal((4, 5, 5))
+    J, Wx = rng.standard_normal((4, 5, 7)), B @ np.swapaxes(B, -1, -2)
+    problem = stacked(J, A @ np.swapaxes(A, -1, -2), np.ones(5), None, Wx + np.swapaxes(Wx, -1, -2))
+    product = np.swapaxes(J, -1, -2) @ problem.Wx @ J
+    assert (product != np.swapaxes(product, -1, -2)).any()  # rounding does differ here
+    for formulation in FORMULATIONS.values():
+        for posed in formulation.build(problem).parts:
+            np.testing.assert_array_equal(posed.qp.H, np.swapaxes(posed.qp.H, -1, -2))
 
 
 def test_the_second_stage_holds_what_the_first_reached() -> None:

@@ -81,6 +81,10 @@ def test_one_weight_serves_a_stack() -> None:
     for i, place in enumerate(np.ndindex(2, 3)):
         assert fractions(spread[place]) == fractions(one)
         assert fractions(flat[i]) == fractions(stack[place])
+    again, twice = flat.reshape((2, 3)), flat[:3].broadcast((2, 3))
+    for place in np.ndindex(2, 3):
+        assert fractions(again[place]) == fractions(stack[place])
+        assert fractions(twice[place]) == fractions(flat[place[1]])
     mixed = Weight(np.eye(4), stack.E, one.gamma[None, None])
     assert mixed.lead == (2, 3)
     assert fractions(mixed[1, 2]) == oracle.factored(np.eye(4), stack.E[1, 2], one.gamma)
@@ -105,6 +109,11 @@ def test_a_dense_weight_is_symmetric_to_the_last_bit() -> None:
     gamma = rng.standard_normal((3, 3))
     dense = Weight(np.eye(5), rng.standard_normal((3, 5)), gamma + gamma.T).dense()
     np.testing.assert_array_equal(dense, dense.T)
+    E = rng.standard_normal((4, 3, 5))
+    stack = Weight(np.eye(5), E, (gamma + gamma.T)[None]).dense()
+    product = np.swapaxes(E, -1, -2) @ ((gamma + gamma.T) @ E)
+    assert (product != np.swapaxes(product, -1, -2)).any()
+    np.testing.assert_array_equal(stack, np.swapaxes(stack, -1, -2))
 
 
 def test_nothing_can_be_changed_afterwards() -> None:
@@ -126,7 +135,9 @@ def test_nothing_can_be_changed_afterwards() -> None:
 @pytest.mark.parametrize(
     ("parts", "error", "words"),
     [
-        ((np.ones((2, 3)),), ShapeError, r"W has shape \(2, 3\)"),
+        ((np.ones((2, 3)),), ShapeError, r"W has shape \(2, 3\); it must be \(\.\.\., n, n\) = \(\.\.\., 3, 3\)"),
+        ((np.ones(2),), ShapeError, r"W has shape \(2,\)"),
+        ((np.ones(2), np.ones((1, 2))), ShapeError, r"W_base has shape \(2,\)"),
         ((np.eye(2), None, np.eye(1)), ShapeError, "W_gamma is given without W_E"),
         ((np.eye(2), np.ones((1, 3))), ShapeError, r"W_E has shape \(1, 3\)"),
         ((np.eye(2), np.ones((1, 2)), np.eye(2)), ShapeError, r"W_gamma has shape \(2, 2\)"),

@@ -284,18 +284,6 @@ def test_inverses_do_not_care_for_units() -> None:
         np.testing.assert_allclose(found * scales[:, None] * scales, np.array(exact, dtype=float), rtol=1e-14, atol=1e-15)
 
 
-def test_inverses_keep_their_digits_at_any_scale() -> None:
-    """Small pivots made large by units do not mislead the elimination: without equilibration this loses six digits."""
-    rng = np.random.default_rng(0)
-    K = rng.uniform(1, 2, (4, 4)) * [[2.0**-30, 1, 1, 1], [1, 1, -1, 1], [1, -1, 2.0**-30, 1], [1, 1, 1, -1]]
-    K = K + K.T
-    for powers in ([20, -20, -20, -18], [-18, -19, 20, -20], [60, 20, 20, 20], [-60, -60, -20, -60]):
-        D = 2.0 ** np.array(powers)
-        scaled = D[:, None] * K * D
-        exact = np.array([oracle.solve(oracle.rational(scaled), unit).solution for unit in oracle.identity(4)], dtype=float)
-        np.testing.assert_allclose(_inverse(scaled[None])[0], exact, rtol=1e-13)
-
-
 def test_a_singular_matrix_has_no_inverse_but_its_neighbours_do() -> None:
     """One singular member is infinite; the rest of the stack is inverted all the same."""
     K = np.array([[[2.0, 0], [0, 4]], [[0, 0], [0, 3]], [[1, 1], [1, 1]], [[0, 1], [1, 0]]])
