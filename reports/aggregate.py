@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import floor, inf, log2
 from typing import Any
 
 from reports.run_data import CLOSED, RunData
@@ -67,9 +68,7 @@ REPAIRS = ("direct", "convexified", "null_space")
 def counts(run: RunData) -> Row:
     """How much there is: records, problems, verdicts."""
     totals = run.rows("select count(*) as records, count(distinct problem) as problems from records")[0]
-    verdicts = run.rows(
-        "select verdict, count(*) as n, count(*) filter (apart) as apart from records where judged group by verdict"
-    )
+    verdicts = run.rows("select verdict, count(*) as n, count(apart) as apart from records where judged group by verdict")
     order = list(VERDICTS)
     return totals | {
         "embedded": 0,
@@ -106,19 +105,16 @@ def sampled(run: RunData) -> set[str]:
 def matrices(run: RunData) -> list[Row]:
     """Verdict counts by task, expected class, backend and formulation; what is `apart` is counted apart."""
     found = run.rows(
-        """select task, expected, backend, formulation, verdict, count(*) filter (not apart) as n,
-        count(*) filter (apart and blame = 'formulation') as posing, count(*) filter (apart) as apart
+        """select task, expected, backend, formulation, verdict, apart, count(*) as n
         from records where judged and expected is not null group by all"""
     )
     cells: dict[tuple[str, str, str, str | None], Row] = {}
     for row in found:
-        cell = cells.setdefault(
-            (row["task"], row["expected"], row["backend"], row["formulation"]), {"counts": {}, "posing": 0, "beyond": 0}
-        )
-        if row["n"]:
+        cell = cells.setdefault((row["task"], row["expected"], row["backend"], row["formulation"]), {"counts": {}, "apart": {}})
+        if row["apart"]:
+            cell["apart"][row["apart"]] = cell["apart"].get(row["apart"], 0) + row["n"]
+        else:
             cell["counts"][row["verdict"]] = row["n"]
-        cell["posing"] += row["posing"]
-        cell["beyond"] += row["apart"] - row["posing"]
     order = backend_order(run)
     few = sampled(run)
     problems = {
@@ -146,7 +142,7 @@ def measured(run: RunData) -> dict[str, dict[str, dict[str, int]]]:
     out: dict[str, dict[str, dict[str, int]]] = {}
     for name, _, condition in MEASURED:
         for row in run.rows(
-            f"""select backend, verdict, count(*) as n from records where judged and not apart and not closed
+            f"""select backend, verdict, count(*) as n from records where judged and apart is null and not closed
             and task = 'exact' and formulation = 'direct' and {condition} group by all order by n desc"""
         ):
             out.setdefault(row["backend"], {}).setdefault(name, {})[row["verdict"]] = row["n"]
@@ -159,7 +155,7 @@ def distributions(run: RunData) -> list[Row]:
     One row per task, formulation, backend and settings level, of problems that have a minimum and can be decided;
     `total` is what the share refers to, so what was refused is never reached. Time only at the judged level.
     """
-    where = f"{SOLVABLE} and {COUNTED} and not (apart and blame = 'formulation')"
+    where = f"{SOLVABLE} and {COUNTED}"
     keys = "task, formulation, backend, settings"
     binned = f"""
       with counted as (
@@ -203,7 +199,8 @@ def breakdown(run: RunData, over: str) -> list[Row]:
     """Share verified and median error by decade, formulation and backend.
 
     over "lambda_min_W" takes the set `indefinite` (all valid indefinite problems where a run has no such set), over
-    "sigma_min_J" the set `near_singular` (or every nonsingular J). Decades are rounded to the nearest.
+    "sigma_min_J" the set `near_singular` (or every nonsingular J). Decades are rounded to the nearest. Every decidable
+    problem counts, whoever is to blame: success and failure on what float64 cannot attain alike.
     """
     name = {"lambda_min_W": "indefinite", "sigma_min_J": "near_singular"}[over]
     value = {"lambda_min_W": "-lambda_min_W", "sigma_min_J": "sigma_min_J"}[over]
@@ -212,7 +209,7 @@ def breakdown(run: RunData, over: str) -> list[Row]:
     return run.rows(
         f"""select formulation, backend, round(log10({value}))::int as decade, count(*) as n,
         count(*) filter (verdict = 'verified') as verified, median(error) filter (status = 'solved') as error
-        from records where judged and not apart and task = 'exact' and expected = 'unique_minimum' and {chosen}
+        from records where judged and task = 'exact' and expected = 'unique_minimum' and {chosen}
         and {value} > 0 and {COUNTED} group by all order by formulation nulls first, backend, decade"""
     )
 
@@ -239,7 +236,7 @@ def holds_on_convex(run: RunData) -> set[str]:
     return {
         row["backend"]
         for row in run.rows(
-            f"""select backend from records where judged and not apart and not closed and {COUNTED} and {condition}
+            f"""select backend from records where judged and not closed and {COUNTED} and {condition}
             and formulation = 'direct' group by 1 having count(*) filter (verdict = 'verified') >= {HOLDS} * count(*)"""
         )
     }
@@ -250,7 +247,7 @@ def repairs(run: RunData) -> list[Row]:
     condition = next(sql for name, _, _, sql in CLASSES if name == "indefinite")
     return run.rows(
         f"""select backend, formulation, count(*) as n, count(*) filter (verdict = 'verified') as verified
-        from records where judged and not apart and not closed and {COUNTED} and {condition}
+        from records where judged and not closed and {COUNTED} and {condition}
         and formulation in {REPAIRS} group by all order by backend, formulation"""
     )
 
@@ -286,16 +283,21 @@ def closed_forms(run: RunData) -> list[Row]:
 
 
 def closed_form_pairs(run: RunData) -> tuple[list[str], dict[tuple[str, str], Row]]:
-    """Largest and median |x_a - x_b| / |x|, max norm, over problems of task exact with a unique minimum that both solve."""
+    """Largest and median |x_a - x_b| / |x*|, max norm, over problems of task exact with a unique minimum that both solve.
+
+    Problems whose exact answer x* is 0 are left out: there is nothing to measure a difference by.
+    """
     rows = run.rows(
-        f"""with answers as (
+        f"""with sizes as (
+          select distinct on (problem) problem, list_max([abs(v) for v in x]) as size from truth where task = 'exact'),
+        answers as (
           select problem, backend, qdot from records where closed and task = 'exact' and expected = 'unique_minimum'
           and status = 'solved' and qdot is not null and {COUNTED}),
         differences as (
           select a.backend as a, b.backend as b,
-            list_max([abs(p[1] - p[2]) for p in list_zip(a.qdot, b.qdot)])
-              / nullif(list_max([greatest(abs(p[1]), abs(p[2])) for p in list_zip(a.qdot, b.qdot)]), 0) as d
-          from answers a join answers b on a.problem = b.problem and a.backend < b.backend)
+            list_max([abs(p[1] - p[2]) for p in list_zip(a.qdot, b.qdot)]) / s.size as d
+          from answers a join answers b on a.problem = b.problem and a.backend < b.backend
+          join sizes s on a.problem = s.problem where s.size > 0)
         select a, b, count(d) as n, median(d) as typical, max(d) as largest from differences group by all"""
     )
     pairs = {key: row for row in rows for key in ((row["a"], row["b"]), (row["b"], row["a"]))}
@@ -309,11 +311,23 @@ def lower_end(successes: int, trials: int) -> float:
     return (share + 2 * spread - (z2 / trials * (share * (1 - share) + spread)) ** 0.5) / (1 + z2 / trials)
 
 
+def rank(row: Row) -> tuple[bool, int, float, float, float]:
+    """What rows of `recommendations` are ranked by, smaller first."""
+    return (
+        row["false_success"] > 0,
+        -int(100 * lower_end(row["verified"], row["n"])),
+        row["refused"] / row["n"],
+        floor(log2(max(row["ratio"], 1.0))) if row["ratio"] else inf,
+        inf if row["error"] is None else row["error"],
+    )
+
+
 def recommendations(run: RunData) -> list[Row]:
     """Per class of problems every formulation x backend, ranked.
 
     Rank: no false success before any; then the share verified, as the lower end of its 95 % interval in whole per cent;
-    then the median time to build and solve.
+    then the smaller share refused or given up; then the median time to build and solve as a multiple of the fastest, in
+    steps of two (less is a tie: timings are no better); then the smaller median error.
     """
     licences = {row["name"]: row.get("licence") for row in run.about.get("backends", [])}
     few = sampled(run)
@@ -322,26 +336,16 @@ def recommendations(run: RunData) -> list[Row]:
         rows = run.rows(
             f"""select backend, formulation, closed, count(*) as n, count(*) filter (verdict = 'verified') as verified,
             count(*) filter (verdict = 'false_success') as false_success,
-            count(*) filter (verdict in ('out_of_scope', 'wrong_refusal')) as refused,
-            count(*) filter (verdict in ('limit', 'crashed', 'timed_out')) as stopped,
+            count(*) filter (verdict in ('limit', 'wrong_refusal', 'out_of_scope')) as refused,
             median(error) filter (status = 'solved') as error, median({SPENT}) filter (status = 'solved') as time
-            from records where judged and {COUNTED} and {condition}
-            and not (apart and coalesce(blame, '') <> 'formulation') group by all having count(*) >= {FEW}"""
+            from records where judged and {COUNTED} and {condition} group by all having count(*) >= {FEW}"""
         )
         fastest = min((row["time"] for row in rows if row["time"] and row["verified"]), default=None)
         for row in rows:
             row["ratio"] = row["time"] / fastest if row["time"] and fastest else None
             row["licence"] = "Apache-2.0 (this project)" if row["closed"] else licences.get(row["backend"])
             row["sampled"] = row["backend"] in few
-        rows.sort(
-            key=lambda r: (
-                r["false_success"] > 0,
-                -int(100 * lower_end(r["verified"], r["n"])),
-                r["time"] or float("inf"),
-                r["backend"],
-                r["formulation"] or "",
-            )
-        )
+        rows.sort(key=lambda r: (*rank(r), r["backend"], r["formulation"] or ""))
         if rows:
             out.append(
                 {"name": name, "words": words, "definition": definition, "rows": rows, "problems": max(r["n"] for r in rows)}
@@ -355,19 +359,19 @@ LISTED = ("false_success", "crashed", "timed_out", "wrong_refusal")
 
 def failures(run: RunData) -> list[Row]:
     """Counts of LISTED by backend, the formulation's own shown apart, most first."""
-    filters = ", ".join(f"count(*) filter (verdict = '{v}' and not apart) as {v}" for v in LISTED)
+    filters = ", ".join(f"count(*) filter (verdict = '{v}' and apart is null) as {v}" for v in LISTED)
     return run.rows(
-        f"""select backend, {filters}, count(*) filter (apart and verdict in {LISTED}) as apart, count(*) as total
+        f"""select backend, {filters}, count(apart) as apart, count(*) as total
         from records where judged and verdict in {LISTED} group by all
         order by false_success desc, crashed + timed_out + wrong_refusal desc, backend"""
     )
 
 
 def worst(run: RunData, limit: int = 50) -> list[Row]:
-    """The worst failures, the backends taking turns: for the printed page."""
+    """The worst failures held against backends, the backends taking turns: for the printed page."""
     return run.rows(
         f"""select problem, set, task, formulation, backend, settings, repeat, expected, verdict, error, said, lambda_min_W
-        from records where judged and verdict in {LISTED} order by
+        from records where judged and apart is null and verdict in {LISTED} order by
         row_number() over (partition by backend, verdict order by error desc nulls first, problem, formulation),
         case verdict when 'false_success' then 0 when 'crashed' then 1 when 'timed_out' then 2 else 3 end, backend
         limit {limit}"""
@@ -383,6 +387,24 @@ def not_run(run: RunData) -> list[Row]:
         where verdict = 'not_run' group by all order by 1, 2, 3, 4"""
     )
     return told + [r for r in rows if (r["backend"], r["formulation"], r["settings"], r["set"]) not in named]
+
+
+def left_out(run: RunData) -> list[Row]:
+    """`not_run` by reason: backends left out in the same sets, formulation and settings for the same reason are one row."""
+    by_set: dict[tuple[str, ...], list[Row]] = {}
+    for row in not_run(run):
+        key = tuple(row.get(name) or "" for name in ("why", "formulation", "settings", "set"))
+        by_set.setdefault(key, []).append(row)
+    out: dict[tuple[Any, ...], Row] = {}
+    for (why, formulation, settings, of_set), rows in by_set.items():
+        backends = tuple(dict.fromkeys(row["backend"] for row in rows))
+        row = out.setdefault(
+            (why, formulation, settings, backends),
+            {"why": why, "formulation": formulation, "settings": settings, "backends": backends, "sets": [], "count": 0},
+        )
+        row["sets"].append(of_set)
+        row["count"] += sum(r["count"] for r in rows)
+    return list(out.values())
 
 
 def effective_settings(run: RunData) -> list[Row]:

@@ -14,8 +14,15 @@ from reports.run_data import RunData
 MOST = 5000
 """Cases embedded at most."""
 
+EACH = 200
+"""Failures of one backend embedded at most, beside the worst of its cells."""
+
+JUDGED = "(judged)"
+"""The filter on settings that passes what is compared by verdict: the judged level, and closed forms."""
+
 SEED = 20250101
-_SAMPLED = 0.12  # share of the cases that is kept for the sample, which shows what ordinary answers look like
+_FAILURES = 0.52  # share of the cases that failures may take
+_COMPLETE = 10  # problems with all their answers
 
 _EXACT = ("error", "tolerance")
 _ROUNDED = (
@@ -24,43 +31,61 @@ _ROUNDED = (
 )  # fmt: skip
 _NAMES = (
     "set", "task", "expected", "formulation", "backend", "settings", "verdict", "status", "said", "blame", "mode",
-    "library_version", "engine_version",
+    "library_version", "engine_version", "apart",
 )  # fmt: skip
-_PLAIN = ("found", "reason_right", "residuals_met", "attainable", "apart", "iterations", "repeat")
+_FILTERED = ("set", "task", "expected", "backend", "formulation", "settings", "verdict", "apart")
+_PLAIN = ("found", "reason_right", "residuals_met", "attainable", "iterations", "repeat")
 _OF_PROBLEM = ("robot", "method", "seed", "step", "knob", "value", "case", "n", "m", "k")
 _ARRAYS = ("J", "xdot", "W_base", "W_E", "W_gamma", "a", "Wx")
 
 
-def choose(run: RunData, most: int = MOST, each: int = 200, worst: int = 20) -> int:
+def choose(run: RunData, most: int = MOST, each: int = EACH) -> int:
     """Fill the table `chosen` with the ids of at most `most` records and return how many there are.
 
-    First false successes, crashes, time-outs and wrong refusals, up to `each` a backend and verdict; then all records of
-    some problems drawn by a seeded hash, so that answers stand side by side; then the worst `worst` of each cell of the
-    matrix, worst first.
+    In this order: the worst of each count of the matrix, so that every count opens a case; all records of one problem of
+    each set, so that answers stand side by side; the worst of what stands apart in each cell; failures, backends taking
+    turns, up to `each` a backend; the second to fourth of each count; a sample. Ties are broken by a seeded hash of the
+    problem, the same for all backends, so that the cases share problems.
     """
     run.connection.execute(
         f"""create or replace table chosen as
-        with ranked as (
-          select id, problem, error,
-            case when verdict in {LISTED} and row_number() over (
-              partition by backend, verdict order by judged desc, error desc nulls first, problem, formulation) <= {each}
-              then row_number() over (
-                partition by backend, verdict order by judged desc, error desc nulls first, problem, formulation) end as bad,
-            row_number() over (partition by backend, formulation, settings, task, expected
-              order by error / nullif(tolerance, 0) desc nulls last, problem, repeat) as place,
-            md5(problem || '{SEED}') as draw
-          from records where verdict <> 'not_run'),
+        with drawn as (select *, md5(problem || '{SEED}') as draw from records),
+        complete as (
+          select arg_min(problem, draw) as problem from drawn group by set order by min(draw) limit {_COMPLETE}),
+        placed as (
+          select *, judged and apart is null and verdict in {LISTED} as failed,
+            row_number() over (partition by judged, task, expected, backend, formulation, coalesce(apart, verdict)
+              order by error / nullif(tolerance, 0) desc nulls last, draw, set, repeat) as place from drawn),
+        turns as (
+          select *, row_number() over (partition by failed, backend order by place, draw, formulation, task, id) as turn
+          from placed),
         tiers as (
-          select id, case when bad is not null then 0 when place <= {worst} then 1 else 2 end as tier,
-            case when bad is not null then bad when place <= {worst} then place end as rank, draw from ranked),
-        drawn as (select id from ranked where bad is null order by draw, id limit {int(most * _SAMPLED)}),
-        ordered as (
-          select t.id, row_number() over (order by
-            case when t.tier = 0 then 0 when d.id is not null then 1 else t.tier + 1 end, t.rank, t.draw, t.id) as turn
-          from tiers t left join drawn d on t.id = d.id)
-        select id from ordered where turn <= {most}"""
+          select id, draw, place, turn, case
+            when judged and place = 1 and apart is null then 0
+            when problem in (from complete) then 1
+            when judged and place = 1 then 2
+            when failed and turn <= {each} and row_number() over (partition by failed order by turn, draw, id)
+              <= {int(most * _FAILURES)} then 3
+            when judged and place <= 4 then 4 else 5 end as tier from turns)
+        select id from tiers
+        order by tier, case tier when 3 then turn when 4 then place end, draw, id limit {most}"""
     )
     return int(run.one("select count(*) from chosen"))
+
+
+def listed(run: RunData) -> dict[tuple[str, str], int]:
+    """Backend and verdict -> how many of its failures are among the chosen."""
+    rows = run.rows(
+        f"""select backend, verdict, count(*) as n from records
+        where judged and apart is null and verdict in {LISTED} and id in (from chosen) group by all"""
+    )
+    return {(row["backend"], row["verdict"]): row["n"] for row in rows}
+
+
+def totals(run: RunData) -> dict[str, Any]:
+    """How many records the run holds for every combination of the columns a page filters by, by column."""
+    table = run.table(f"select {', '.join(_FILTERED)}, count(*)::int as n from records group by all order by all")
+    return {name: _coded(table[name]) for name in _FILTERED} | {"n": table["n"].to_pylist()}
 
 
 def pack(run: RunData) -> dict[str, Any]:

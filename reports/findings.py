@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from reports import aggregate
+from reports.page import plural
 from reports.run_data import CLOSED, RunData
 
 
@@ -34,10 +35,6 @@ def findings(run: RunData, indefinite: list[aggregate.Row], closed: list[aggrega
     return [finding for finding in found if finding is not None]
 
 
-def _plural(count: int, noun: str, plural: str | None = None) -> str:
-    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
-
-
 def _names(names: list[str], most: int = 8) -> str:
     shown = [name.removeprefix(CLOSED) for name in names[:most]]
     rest = len(names) - len(shown)
@@ -51,23 +48,24 @@ def _false_successes(run: RunData) -> Finding | None:
     rows = run.rows(
         """select backend, count(*) as n, count(*) filter (expected = 'no_minimum') as empty,
         count(*) filter (expected = 'infeasible') as infeasible from records
-        where judged and not apart and not closed and verdict = 'false_success' group by 1 order by n desc, backend"""
+        where judged and apart is null and not closed and verdict = 'false_success' group by 1 order by n desc, backend"""
     )
     total = sum(row["n"] for row in rows)
     if not total:
         return Finding(
             "0", f"false successes: none of {judged['backends']} backends called a wrong answer solved.",
-            f"Over {_plural(judged['n'], 'answer')} at {run.settings}.", "#failures", "good",
+            f"Over {plural(judged['n'], 'answer')} at {run.settings}.", "#failures", "good",
         )  # fmt: skip
-    most = ", ".join(f"{row['backend']} {row['n']:,}" for row in rows[:4])
+    first, most = rows[0], ", ".join(f"{row['backend']} {row['n']:,}" for row in rows[1:4])
+    alone = f" {first['backend']} alone {first['n']:,}." if len(rows) > 1 else ""
     empty, infeasible = sum(row["empty"] for row in rows), sum(row["infeasible"] for row in rows)
     return Finding(
         f"{total:,}",
         f"{'false success' if total == 1 else 'false successes'} by {len(rows)} of {judged['backends']} backends: "
-        "solved, said the solver, and the answer is wrong.",
+        f"solved, said the solver, and the answer is wrong.{alone}",
         f"{empty:,} where no minimum exists, {infeasible:,} where the rows contradict each other, "
-        f"{total - empty - infeasible:,} where a minimum exists and was missed. "
-        f"Most: {most}.",
+        f"{total - empty - infeasible:,} where a minimum exists and was missed."
+        + (f" Next: {most}." if most else ""),
         "#failures", "bad",
     )  # fmt: skip
 
@@ -91,7 +89,8 @@ def _indefinite(rows: list[aggregate.Row]) -> list[Finding]:
     out = [
         Finding(
             f"{len(whole) + len(as_seen)} of {len(depths)}",
-            f"backends solve valid indefinite W posed directly, down to λmin = {_level(deepest)}"
+            f"{'backend solves' if len(depths) == 1 else 'backends solve'} valid indefinite W posed directly, "
+            f"down to λmin = {_level(deepest)}"
             + (f": {_names(whole, 30)}." if whole else ".") + few,
             f"Valid: condition (7) holds. Solve: at least {aggregate.HOLDS:.0%} of every decade verified.", "#breakdown",
             "good" if whole or as_seen else "fair",
@@ -143,11 +142,11 @@ def _repairs(run: RunData) -> Finding | None:
                 short.append(f"{phrase}, {_names(failing, 30)}")
     if not parts:
         return None
-    direct = [t["direct"] for t in weak.values()]
+    direct, one = [t["direct"] for t in weak.values()], len(weak) == 1
     return Finding(
-        _plural(len(weak), "backend"),
-        "hold on well-conditioned convex problems but solve less than half of the valid indefinite ones directly; reposed, "
-        f"{' and '.join(parts)} reach {aggregate.HOLDS:.0%} or more.",
+        plural(len(weak), "backend"),
+        f"{'holds' if one else 'hold'} on well-conditioned convex problems but {'solves' if one else 'solve'} less than half "
+        f"of the valid indefinite ones directly; reposed, {' and '.join(parts)} reach {aggregate.HOLDS:.0%} or more.",
         f"Verified: {sum(row['verified'] for row in direct):,} of {sum(row['n'] for row in direct):,} directly, "
         f"{', '.join(details)}." + (f" Short of it: {'; '.join(short)}." if short else ""),
         "#breakdown", "good" if not short else "fair",
@@ -162,13 +161,14 @@ def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
     false = {row["backend"]: row["false_success"] for row in rows if row["false_success"]}
     details = ["Against exact rational arithmetic, rounded once."]
     if unbounded:
-        details.append(f"{_plural(unbounded, 'answer')} more came with no finite bound.")
+        details.append(f"{plural(unbounded, 'answer')} more came with no finite bound.")
     if false:
         listed = ", ".join(f"{name.removeprefix(CLOSED)} {n:,}" for name, n in false.items())
-        details.append(f"{_plural(sum(false.values()), 'false success', 'false successes')} among them: {listed}.")
+        details.append(f"{plural(sum(false.values()), 'false success', 'false successes')} among them: {listed}.")
     return Finding(
         f"{within:,} of {scored:,}",
-        f"answers of the {len(rows)} closed forms lie within their own error bound of the exact answer"
+        f"{'answer' if scored == 1 else 'answers'} of the {plural(len(rows), 'closed form')} within the form's own error bound "
+        "of the exact answer"
         + (f"; outside somewhere: {_names(outside, 30)}." if outside else "."),
         " ".join(details), "#closed-forms", "fair" if outside or false else "good",
     )  # fmt: skip
@@ -176,8 +176,8 @@ def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
 
 def _no_minimum(run: RunData) -> Finding | None:
     rows = run.rows(
-        """select closed, count(*) as n, count(*) filter (verdict = 'right_refusal') as refused from records
-        where judged and expected = 'no_minimum' and verdict not in ('undecidable', 'not_run', 'crashed', 'timed_out')
+        f"""select closed, count(*) as n, count(*) filter (verdict = 'right_refusal') as refused from records
+        where judged and apart is null and expected = 'no_minimum' and {aggregate.COUNTED}
         group by closed order by closed desc"""
     )
     if not rows:
@@ -188,7 +188,8 @@ def _no_minimum(run: RunData) -> Finding | None:
         f"{lead['refused']:,} of {lead['n']:,}",
         f"answers of {who[lead['closed']]} to problems without a minimum are refusals, as they must be"
         + "".join(f"; of {who[row['closed']]} {row['refused']:,} of {row['n']:,}" for row in rows[1:]) + ".",
-        "Problems whose class rounding can turn over are counted apart.", "#matrix",
+        "Where the formulation refused before any solver was called, nothing counts; nor do problems whose class rounding can "
+        "turn over. A crash or a time-out is no refusal.", "#matrix",
         "good" if lead["refused"] == lead["n"] else "bad",
     )  # fmt: skip
 
@@ -197,7 +198,7 @@ def _died(run: RunData) -> Finding | None:
     rows: list[dict[str, Any]] = run.rows(
         """select backend, count(*) filter (verdict = 'crashed') as crashed, count(*) filter (verdict = 'timed_out') as late,
         count(*) filter (verdict = 'wrong_refusal') as refused from records
-        where judged and not apart and verdict in ('crashed', 'timed_out', 'wrong_refusal')
+        where judged and apart is null and verdict in ('crashed', 'timed_out', 'wrong_refusal')
         group by 1 order by count(*) desc, backend"""
     )
     if not rows:
@@ -205,7 +206,8 @@ def _died(run: RunData) -> Finding | None:
     crashed, late, refused = (sum(row[key] for row in rows) for key in ("crashed", "late", "refused"))
     return Finding(
         f"{crashed + late + refused:,}",
-        f"answers were lost: {_plural(crashed, 'crash', 'crashes')}, {_plural(late, 'time-out')}, "
-        f"{_plural(refused, 'refusal')} of what the documentation promises.",
+        f"{'answer was' if crashed + late + refused == 1 else 'answers were'} lost: {plural(crashed, 'crash', 'crashes')}, "
+        f"{plural(late, 'time-out')}, "
+        f"{plural(refused, 'refusal')} of what the documentation promises.",
         f"By {_names([row['backend'] for row in rows], 6)}.", "#failures", "bad",
     )  # fmt: skip

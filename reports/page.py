@@ -26,7 +26,7 @@ CONTENT_SECURITY_POLICY = (
 
 _KEYS = {
     "verdict": "v", "backend": "b", "formulation": "f", "task": "t", "settings": "s", "expected": "x", "set": "set",
-    "case": "case",
+    "apart": "p", "case": "case",
 }  # fmt: skip
 
 
@@ -92,6 +92,11 @@ def counted(words: str, value: int) -> str:
     return words + ("es" if words.endswith("s") else "s")
 
 
+def plural(value: int, noun: str, nouns: str | None = None) -> str:
+    """A count with its noun: 1 problem, 2,000 problems, 2 crashes."""
+    return f"{count(value)} {noun if value == 1 else nouns or noun + 's'}"
+
+
 def breakable(name: str) -> Markup:
     """A name that may break after its underscores and colons."""
     return Markup(str(escape(name)).replace("_", "_<wbr>").replace(":", ":<wbr>"))
@@ -122,7 +127,7 @@ def render(template: str, **context: Any) -> str:
     )  # fmt: skip
     environment.filters |= {
         "number": number, "seconds": seconds, "percent": percent, "count": count, "case_key": case_key, "web": web_address,
-        "counted": counted, "breakable": breakable,
+        "counted": counted, "plural": plural, "breakable": breakable,
     }  # fmt: skip
     environment.globals |= {"link": link, "policy": CONTENT_SECURITY_POLICY}
     return environment.get_template(template).render(**context)

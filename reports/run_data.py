@@ -13,6 +13,16 @@ from sandbox.records import PROBLEMS, RECORDS, TRUTH, read_part, read_run
 CLOSED = "closed_form:"
 """Backends with this prefix are closed forms."""
 
+OWN = ("verified", "crashed", "timed_out", "not_run")
+"""Verdicts that always count as the backend's: a success, a death and silence are nobody else's."""
+
+APART: dict[str, str] = {
+    "formulation": f"coalesce(blame, '') = 'formulation' and verdict not in {OWN}",
+    "float64": "not coalesce(attainable, true) and verdict in ('limit', 'right_refusal', 'wrong_refusal', 'out_of_scope')",
+}
+"""Why an answer is not held against its backend -> SQL condition: the formulation lost it, or it gave up
+on what float64 cannot attain. The first that applies."""
+
 _JUDGED_AT = ("high_accuracy", "mid_accuracy", "low_accuracy", "default")
 
 
@@ -20,8 +30,8 @@ class RunData:
     """Tables `records`, `problems`, `truth` of a run, and run.json as `about`.
 
     `records` carries four columns more: `id` (row number), `judged` (asked for the accuracy at which backends are
-    compared by verdict; closed forms always are), `apart` (not held against the backend: the formulation is to blame, or
-    it gave up on what float64 cannot attain) and `closed`. Non-finite numbers become null.
+    compared by verdict; closed forms always are), `apart` (why it is not held against the backend, a key of APART, or
+    null) and `closed`. Non-finite numbers become null.
 
     Raises
     ------
@@ -41,9 +51,7 @@ class RunData:
         self.connection.execute(
             f"""create view records as select rowid::int as id, * replace (lower(status) as status),
             starts_with(backend, '{CLOSED}') as closed, (settings is null or settings = '{self.settings}') as judged,
-            coalesce(blame = 'formulation', false)
-              or (verdict in ('limit', 'right_refusal', 'wrong_refusal', 'out_of_scope') and not coalesce(attainable, true))
-              as apart from raw"""
+            case {" ".join(f"when {condition} then '{name}'" for name, condition in APART.items())} end as apart from raw"""
         )
 
     def _load(self, table: str, folder: Path, schema: pa.Schema) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from reports import aggregate, cases, page
 from reports.findings import findings
-from reports.run_data import CLOSED, RunData
+from reports.run_data import APART, CLOSED, OWN, RunData
 from reports.words import EXPECTED, FORMULATIONS, PRECEDENCE, TASKS, VERDICTS
 from sandbox import tolerances
 from sandbox.solution import STATUSES
@@ -69,7 +69,7 @@ def _tables(data: RunData) -> dict[str, Any]:
         "sampled": aggregate.sampled(data), "every": every, "tolerances": tolerances,
         "folder": shlex.quote(str(data.folder)), "settings": data.settings,
         "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed),
-        "not_run": aggregate.not_run(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
+        "left_out": aggregate.left_out(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
         "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),
         "over_lambda": over_lambda, "over_sigma": over_sigma, "heat_lambda": _heat(over_lambda, aggregate.backend_order(data)),
         "heat_sigma": _heat(over_sigma, aggregate.backend_order(data)),
@@ -77,7 +77,11 @@ def _tables(data: RunData) -> dict[str, Any]:
         "failures": aggregate.failures(data), "worst": aggregate.worst(data), "listed": aggregate.LISTED,
         "effective": aggregate.effective_settings(data), "order": aggregate.backend_order(data),
         "verdicts": VERDICTS, "expected": EXPECTED, "tasks": TASKS, "precedence": PRECEDENCE, "holds": aggregate.HOLDS,
-        "few": aggregate.FEW, "prefix": CLOSED,
+        "few": aggregate.FEW, "prefix": CLOSED, "judged": cases.JUDGED, "held": "(none)", "each": cases.EACH,
+        "shapes": {
+            row["name"]: [f"{m}×{n}" for m, n in sorted({(m, n) for m, n, _ in row["groups"]})]
+            for row in data.about.get("sets", [])
+        },
     }  # fmt: skip
 
 
@@ -100,15 +104,20 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
         "ratios": [{key: row[key] for key in ("backend", "task", "scored", "ratios")} for row in context["closed"]],
         "order": context["order"], "formulations": FORMULATIONS, "judged": data.settings, "closed": CLOSED,
     }  # fmt: skip
+    lost, beyond = APART["formulation"], APART["float64"]
     words = {
         "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
         "expected": {name: words for name, (words, _) in EXPECTED.items()},
         "statuses": {status.name.lower(): status.sentence for status in STATUSES},
-        "folder": context["folder"], "closed": CLOSED, "records": context["counts"]["records"],
+        "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED,
+        "judged": [cases.JUDGED, data.settings],
+        "own": OWN,
+        "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},
     }  # fmt: skip
     return {
         "chosen": chosen,
-        "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"words": words})),
+        "shown": cases.listed(data),
+        "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"totals": cases.totals(data), "words": words})),
         "data_curves": page.embedded_json(curves),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
         "style": page.asset("report.css"),

@@ -51,7 +51,12 @@ class Weight:
             if gamma is None:
                 gamma = np.eye(k)
             gamma = check.real(gamma, "W_gamma")
-            if gamma.ndim == E.ndim - 1 and gamma.shape[-1:] == (k,):
+            if gamma.shape == (k, k) and k > 1 and E.shape[:-2] == (k,):
+                raise ShapeError(
+                    f"W_gamma of shape {gamma.shape} may be one matrix or {k} diagonals; "
+                    f"give it as (1, {k}, {k}) or ({k}, {k}, {k})"
+                )
+            if gamma.shape[-1:] == (k,) and gamma.shape[-2:] != (k, k):
                 gamma = gamma[..., :, None] * np.eye(k)
             check.shape(gamma, ("k", "k"), {"k": k}, "W_gamma")
             gamma = check.symmetric(gamma, "W_gamma")

@@ -12,6 +12,7 @@ const node = (tag, attributes = {}, ...children) => {
   element.append(...children.filter((child) => child !== null && child !== undefined));
   return element;
 };
+const NONE = "(none)"; // the filter that passes cases without a value
 const words = (name) => (name || "closed form").replaceAll("_", " ");
 
 async function unpack(id) {
@@ -53,9 +54,9 @@ for (const group of document.querySelectorAll(".switch")) {
 // ---- counts of a matrix open their cases ---------------------------------------------------------------------------------
 for (const table of document.querySelectorAll("table.matrix[data-t]")) {
   const { t, x, s } = table.dataset;
-  for (const count of table.querySelectorAll("a[data-v]")) {
-    const f = count.closest("td").dataset.f;
-    const parts = new URLSearchParams({ v: count.dataset.v, b: count.closest("tr").dataset.b, ...(f ? { f } : {}), t, x, ...(f ? { s } : {}) });
+  for (const count of table.querySelectorAll("a[data-v], a[data-p]")) {
+    const { v, p = NONE } = count.dataset, f = count.closest("td").dataset.f;
+    const parts = new URLSearchParams({ ...(v ? { v } : {}), b: count.closest("tr").dataset.b, ...(f ? { f } : {}), t, x, ...(f ? { s } : {}), p });
     count.href = `#${parts}`.replaceAll("+", "%20").replaceAll("%3A", ":");
   }
 }
@@ -87,12 +88,13 @@ const time = (x) => {
 };
 
 // ---- cases --------------------------------------------------------------------------------------------------------------
-const KEYS = { v: "verdict", b: "backend", f: "formulation", t: "task", s: "settings", x: "expected", set: "set" };
+const KEYS = { v: "verdict", b: "backend", f: "formulation", t: "task", s: "settings", x: "expected", set: "set", p: "apart" };
 const COLUMNS = [
   ["problem", "Case", 98], ["set", "Set", 92], ["expected", "Expected", 116], ["backend", "Backend", 134],
   ["formulation", "Formulation", 116], ["verdict", "Verdict", 102], ["error", "Error", 58, shown], ["tolerance", "Tolerance", 68, shown],
   ["lambda_min_W", "λmin(W)", 72, shown], ["sigma_min_J", "σmin(J)", 58, shown], ["solve_time", "Time", 62, time],
 ];
+const APART = { formulation: "by the formulation", float64: "beyond float64" };
 const ROW = 31;
 const SEVERE = ["false_success", "wrong_refusal", "crashed", "timed_out", "inaccurate", "limit", "out_of_scope", "undecidable", "right_refusal", "verified"];
 let data, text, severity, order = [], active = 0, filters = {}, sort = null, open = null, keys, byKey, refresh = () => {};
@@ -109,6 +111,7 @@ const label = (column, x) => {
   if (column === "verdict") return data.words.verdicts[x]?.[0] ?? x;
   if (column === "expected") return data.words.expected[x] ?? x ?? "–";
   if (column === "formulation") return words(x);
+  if (column === "apart") return APART[x] ?? "no";
   if (column === "backend") return x.startsWith(data.words.closed) ? `${x.slice(data.words.closed.length)} (closed form)` : x;
   return x ?? "–";
 };
@@ -123,16 +126,40 @@ function fragment(extra = {}) {
   return `#${parts}`.replaceAll("+", "%20").replaceAll("%3A", ":").replaceAll("%7E", "~");
 }
 
-function select() {
-  const { text: wanted, ...rest } = filters;
+function passes(table) { // the filters, but for the text, as a test of a row of the cases or of the totals
+  const { text: _, ...rest } = filters;
   const tests = Object.entries(rest).filter(([, x]) => x).map(([column, x]) => {
-    const held = data.cases[column], code = held.names.indexOf(x === "(none)" ? null : x);
-    return x === "(none)" ? (i) => held.codes[i] === null : (i) => held.codes[i] === code;
+    const { names, codes } = table[column], [judged, level] = data.words.judged, code = names.indexOf(x === judged ? level : x);
+    if (x === NONE) return (i) => codes[i] === null;
+    return x === judged && column === "settings" ? (i) => codes[i] === null || codes[i] === code : (i) => codes[i] === code;
   });
+  return (i) => tests.every((test) => test(i));
+}
+
+function total() { // how many records of the run pass the filters
+  const pass = passes(data.totals);
+  return data.totals.n.reduce((sum, n, i) => (pass(i) ? sum + n : sum), 0);
+}
+
+function query(most) { // the command that lists what passes the filters
+  const text = (x) => `'${x.replaceAll("'", "''")}'`;
+  const [judged, level] = data.words.judged, { text: _, ...rest } = filters;
+  const where = Object.entries(rest).filter(([, x]) => x).map(([column, x]) => {
+    if (column === "apart") return x === NONE && data.words.own.includes(filters.verdict) ? "true" : data.words.apart[x];
+    if (x === NONE) return `${column} is null`;
+    return x === judged ? `(settings is null or settings = ${text(level)})` : `${column} = ${text(x)}`;
+  });
+  const sql = `select problem, set, backend, formulation, settings, verdict, error, tolerance, said from ${text(data.words.parts)} where ${where.filter((x) => x !== "true").join(" and ") || "true"} order by error desc, problem`;
+  const code = `import duckdb; duckdb.sql('''${sql.replaceAll("\\", "\\\\")}''').show(max_rows=${most}, max_width=250)`;
+  return `python -c "${code.replaceAll(/[\\"$`]/g, "\\$&")}"`;
+}
+
+function select() {
+  const wanted = filters.text, pass = passes(data.cases);
   const needle = wanted?.toLowerCase();
   order = [];
   for (let i = 0; i < data.count; i++) {
-    if (tests.every((test) => test(i)) && (!needle || text[i].includes(needle))) order.push(i);
+    if (pass(i) && (!needle || text[i].includes(needle))) order.push(i);
   }
   if (sort) {
     const held = order.map((i) => [value(sort.column, i), i]);
@@ -154,11 +181,12 @@ function explorer() {
     pickers[column] = node("select", { "data-filter": column, onchange: (event) => { filters[column] = event.target.value; changed(); } },
       node("option", { value: "" }, "any"),
       ...options.map(([x, n]) => node("option", { value: x }, `${label(column, x)} (${n})`)),
-      counts.has(null) ? node("option", { value: "(none)" }, `${column === "formulation" ? "closed form" : "none"} (${counts.get(null)})`) : null);
+      counts.has(null) ? node("option", { value: NONE }, `${column === "formulation" ? "closed form" : column === "apart" ? "no" : "none"} (${counts.get(null)})`) : null,
+      column === "settings" ? node("option", { value: data.words.judged[0] }, `${data.words.judged[1]} and closed forms`) : null);
     return node("label", {}, title, pickers[column]);
   };
   const search = node("input", { type: "search", placeholder: "problem, said, reason …", oninput: (event) => { filters.text = event.target.value; changed(); } });
-  const found = node("output", { "aria-live": "polite" });
+  const found = node("output", { "aria-live": "polite" }), elsewhere = node("div", { id: "elsewhere" });
   const head = COLUMNS.map(([column, title, width, format]) => node("th", { scope: "col", class: format ? "num" : "", style: `width:${width}px`, "data-column": column },
     node("button", { type: "button", onclick: () => {
       sort = sort?.column !== column ? { column, down: Boolean(format) } : sort.down === Boolean(format) ? { column, down: !format } : null;
@@ -169,10 +197,10 @@ function explorer() {
   const scroller = node("div", { class: "scroller", role: "region", "aria-label": "Cases; arrow keys move, Enter opens", tabindex: "0" }, table);
   box.append(
     node("div", { class: "filters" }, picker("verdict", "Verdict"), picker("backend", "Backend"), picker("formulation", "Formulation"), picker("set", "Set"),
-      picker("expected", "Expected"), picker("task", "Task"), picker("settings", "Settings"), node("label", {}, "Text", search)),
+      picker("expected", "Expected"), picker("task", "Task"), picker("settings", "Settings"), picker("apart", "Held apart"), node("label", {}, "Text", search)),
     node("div", { class: "tools" }, found, node("button", { type: "button", id: "clear", onclick: () => { filters = {}; sort = null; changed(); } }, "Clear"),
       node("button", { type: "button", id: "csv", onclick: csv }, "Save as CSV")),
-    scroller);
+    elsewhere, scroller);
 
   const draw = () => {
     const height = scroller.clientHeight || 528;
@@ -227,7 +255,11 @@ function explorer() {
   refresh = () => {
     for (const [column, picker] of Object.entries(pickers)) picker.value = filters[column] ?? "";
     if (search.value !== (filters.text ?? "")) search.value = filters.text ?? "";
-    found.textContent = `${order.length.toLocaleString("en")} of ${data.count.toLocaleString("en")} cases in this page` + (data.words.records > data.count ? `; the run folder holds ${data.words.records.toLocaleString("en")}` : "");
+    const filtered = Object.values(filters).some(Boolean), all = filters.text ? data.count : total();
+    found.textContent = `Showing ${order.length.toLocaleString("en")} of ${all.toLocaleString("en")} ` +
+      (filters.text ? "cases in this page" : `${all === 1 ? "record" : "records"}${filtered ? ` that ${all === 1 ? "passes" : "pass"} the filter` : ""}`);
+    elsewhere.replaceChildren(...(filtered && !filters.text && order.length < all
+      ? [node("p", {}, `${order.length ? "The others are" : "None of them is in this page: they are"} in the run folder. This lists all ${all.toLocaleString("en")}:`), copyable(query(all))[0]] : []));
     for (const th of head) {
       if (th.dataset.column === sort?.column) th.setAttribute("aria-sort", sort.down ? "descending" : "ascending");
       else th.removeAttribute("aria-sort");
@@ -321,7 +353,7 @@ function caseBody(i) {
     node("div", { class: "quote", tabindex: "0", role: "region", "aria-label": "What it said" }, value("said", i) || "(nothing)"),
     node("div", { class: "columns" },
       facts([["Error", exact(value("error", i))], ["Tolerance", exact(value("tolerance", i))], ["Bound on the reference", shown(value("error_bound", i))], ["Posing error", shown(value("posing_error", i))],
-        ["Blame", value("blame", i)], ["Not held against it", value("apart", i) ? "yes" : null], ["Residuals met", yesno(value("residuals_met", i))], ["Attainable", yesno(value("attainable", i))], ["Reason given was right", yesno(value("reason_right", i))],
+        ["Blame", value("blame", i)], ["Held apart", value("apart", i) && label("apart", value("apart", i))], ["Residuals met", yesno(value("residuals_met", i))], ["Attainable", yesno(value("attainable", i))], ["Reason given was right", yesno(value("reason_right", i))],
         ["Primal residual", shown(value("primal_residual", i))], ["Dual residual", shown(value("dual_residual", i))], ["Objective gap", shown(value("objective_gap", i))],
         ["Multiplier error", shown(value("multiplier_error", i))]]),
       facts([["Status", status], ["Finite point found", yesno(value("found", i))], ["Iterations", value("iterations", i)?.toString()], ["Time to build", time(value("build_time", i))], ["Time to solve", time(value("solve_time", i))], ["Time in the worker", time(value("runtime", i))],
@@ -346,7 +378,7 @@ function caseBody(i) {
       ["a", get("a") && [get("a")]], ["Wx", square(get("Wx"), m)]];
     for (const [title, matrix] of given) if (matrix) parts.push(node("h3", {}, title), digits(title, matrix));
     const weight = k ? `sandbox.Weight(${python(W)}, E=${python(rows(get("W_E"), n))}, gamma=${python(square(get("W_gamma"), k))})` : python(W);
-    parts.push(node("h3", {}, "As Python"), ...copyable(`p = sandbox.VelocityProblem(J=${python(rows(get("J"), n))}, xdot=${python(get("xdot"))}, W=${weight}, a=${python(get("a"))}${get("Wx") ? `, Wx=${python(square(get("Wx"), m))}` : ""})`));
+    parts.push(node("h3", {}, "As Python"), ...copyable(`import sandbox\n\np = sandbox.VelocityProblem(J=${python(rows(get("J"), n))}, xdot=${python(get("xdot"))}, W=${weight}, a=${python(get("a"))}${get("Wx") ? `, Wx=${python(square(get("Wx"), m))}` : ""})`));
   } else parts.push(node("p", {}, "The run folder does not hold the matrices of this problem."));
   parts.push(node("h3", {}, "Repeat it"), ...copyable(`${call}\n${script}`));
   const siblings = [];
@@ -401,8 +433,8 @@ async function startCases() {
 
 function fill(listing) {
   const found = [];
-  for (let i = 0; i < data.count && found.length < 200; i++) {
-    if (value("verdict", i) === listing.dataset.verdict && value("backend", i) === listing.dataset.backend && value("settings", i) !== "default" && !value("apart", i)) found.push(i);
+  for (let i = 0; i < data.count; i++) {
+    if (value("verdict", i) === listing.dataset.verdict && value("backend", i) === listing.dataset.backend && [null, data.words.judged[1]].includes(value("settings", i)) && !value("apart", i)) found.push(i);
   }
   found.sort((i, j) => (value("error", j) ?? Infinity) - (value("error", i) ?? Infinity) || i - j);
   listing.append(node("ol", { tabindex: "0" }, ...found.map((i) => node("li", {}, node("a", { href: fragment({ case: keys[i] }) }, node("code", {}, value("problem", i))),
@@ -414,6 +446,10 @@ const LIBRARIES = ["closed_form", "osqp", "proxsuite", "qpsolvers", "cvxpy", "ca
 const LIGHT = ["#1d1f23", "#c0301f", "#0f7a5c", "#2a72ad", "#9b4a98", "#b87400", "#5b5e66", "#6d5a1e"];
 const DARK = ["#e9e7e2", "#ff8b78", "#4ec9a4", "#6db5ea", "#d795d2", "#f0b95c", "#a7aab2", "#cdbb7a"];
 const DASHES = ["solid", "2px,2px", "6px,3px", "11px,3px", "6px,2px,2px,2px", "11px,2px,2px,2px", "2px,4px", "6px,2px,2px,2px,2px,2px", "4px,4px", "11px,2px,5px,2px", "1px,2px"];
+const GREY = "#9a9da4"; // what stands back, and points of few problems
+const FEW = 5;
+const FIRST = ["closed_form:eq6", "osqp", "proxsuite:dense", "qpsolvers:daqp", "qpsolvers:piqp", "qpsolvers:clarabel", "casadi:qrqp", "numpy:lstsq"]; // unlike each other
+const MANY = 12;
 const charts = [];
 let curves, plotting;
 
@@ -497,7 +533,7 @@ function breakdown(over, figure) {
         const own = held.filter((row) => row.backend === backend && (row.formulation === name || (k === 0 && row.formulation === null)) && (metric() === "share" || row.error !== null));
         if (!own.length) continue;
         traces.push({ x: own.map((row) => row.decade), y: own.map((row) => (metric() === "share" ? row.verified / row.n : Math.log10(Math.max(row.error, 1e-17)))), name: title(backend), backend, xaxis: `x${suffix}`, yaxis: `y${suffix}`,
-          mode: "lines+markers", marker: { size: 3.5 }, line: style(backend), text: own.map((row) => `${row.verified} of ${row.n}`), hovertemplate: "%{text} verified at 1e%{x}<extra>%{fullData.name}</extra>" });
+          mode: "lines+markers", marker: { size: 3.5, ...(own.some((row) => row.n < FEW) ? { color: own.map((row) => (row.n < FEW ? GREY : style(backend).color)) } : {}) }, line: style(backend), text: own.map((row) => `${row.verified} of ${row.n}`), hovertemplate: "%{text} verified at 1e%{x}<extra>%{fullData.name}</extra>" });
       }
     });
     return [traces, layout(extra)];
@@ -533,12 +569,14 @@ function sample(line) { // the stroke of a curve beside its name
 function plot(figure) {
   if (!figure.chart) return;
   const [traces, how] = figure.chart.draw();
-  const seen = new Map(traces.map((trace) => [trace.backend, trace.line]));
-  for (const name of figure.forward) if (!seen.has(name)) figure.forward.delete(name);
+  const seen = new Map(traces.map((trace) => [trace.backend, { ...trace.line }]));
+  figure.forward ??= new Set(seen.size > MANY ? FIRST : []);
+  const some = [...seen.keys()].some((name) => figure.forward.has(name)); // none: all alike
+  traces.sort((a, b) => figure.forward.has(a.backend) - figure.forward.has(b.backend));
   for (const trace of traces) {
-    const back = figure.forward.size && !figure.forward.has(trace.backend);
-    trace.opacity = back ? 0.13 : 1;
-    trace.line.width = figure.forward.has(trace.backend) ? 2.6 : trace.line.width;
+    const forward = figure.forward.has(trace.backend);
+    if (some && !forward) Object.assign(trace, { opacity: 0.35, line: { color: GREY, width: 1, dash: "solid" }, marker: { ...trace.marker, color: GREY } });
+    if (forward) trace.line.width = 2.6;
     delete trace.backend;
   }
   const held = figure.contains(document.activeElement) ? document.activeElement.dataset.backend : null;
@@ -561,7 +599,6 @@ async function startCharts(figure) {
   figure.chart = kind === "error" || kind === "time" ? distribution(kind, figure) : kind === "ratio" ? ratio() : breakdown(kind, figure);
   figure.append(node("figcaption", {}, ...figure.chart.controls.filter(Boolean)), node("div", { class: "plot" }),
     node("div", { class: "names", role: "group", "aria-label": "Bring forward" }));
-  figure.forward = new Set();
   charts.push(figure);
   plot(figure);
   figure.dataset.drawn = "true";

@@ -47,11 +47,8 @@ def recover(problem: VelocityProblem, posed: Posed, x: Array, y: Array) -> tuple
     """Joint rates q_p + N z; y from J'y = -(W qdot + a) through J^+'."""
     qdot = posed.keep["q_p"] + times(posed.keep["N"], x)
     gradient = problem.W.times(qdot[..., None])[..., 0] + problem.a
-    spectrum = Spectrum.of(problem)
-    y = np.full((len(problem), problem.m), np.nan)
-    for r, members in spectrum.by_rank():
-        y[members] = -spectrum.solve_transposed(r, members, gradient[members])
-    return qdot, y
+    r, members = problem.n - posed.qp.n, np.arange(len(problem))
+    return qdot, -Spectrum.of(problem).solve_transposed(r, members, gradient)
 
 
 NULL_SPACE = Formulation("null_space", "exact", "qdot = J^+ xdot + N z: no constraint is left", build, recover)

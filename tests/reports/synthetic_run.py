@@ -306,6 +306,9 @@ def _about(problems: _Problems, traits: Any, closed_forms: bool, default: bool, 
         "state": "not_run", "expected": "loads but fails", "message": "no dense QP",
         "why": "loads, then fails: " + NASTY, "library_version": None, "engine_version": None,
     }  # fmt: skip
+    missing = backend("qpsolvers:qpax", None, False) | {
+        "state": "not_run", "why": "not installed: No module named 'qpax'", "library_version": None, "engine_version": None,
+    }  # fmt: skip
     return {
         "format": 1, "id": "synthetic", "command": "sandbox verify --out 'runs/<x>'", "started": "2025-01-02T03:04:05+00:00",
         "finished": "2025-01-02T03:06:30+00:00" if complete else None, "complete": complete, "sandbox_version": "0.1.0",
@@ -313,7 +316,7 @@ def _about(problems: _Problems, traits: Any, closed_forms: bool, default: bool, 
         "time_limit": 2.0, "packages": {"numpy": "2.4.6", "osqp": "1.1.3", "cvxpy": "1.9.0", "casadi": "3.8.2"},
         "sets": [{"name": s, "about": about, "problems": int((problems.set == s).sum()), "groups": groups(s),
                   "tasks": list(tasks)} for s, _, tasks, about in SETS],
-        "backends": [backend(name, promise, sampled) for name, _, _, promise, sampled in traits] + [absent],
+        "backends": [*(backend(name, promise, sampled) for name, _, _, promise, sampled in traits), absent, missing],
         "closed_forms": [{"name": name, "task": task, "domain": "W > 0" if name in CONVEX_ONLY else "condition (7)",
                           "bound": "50 n u cond", "about": "a closed form", "source": "eq. (6)"} for name, task in CLOSED]
         if closed_forms else [],

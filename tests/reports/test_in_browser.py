@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import re
+import shlex
+import subprocess
+import sys
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -21,7 +24,7 @@ CHARTS = ("error", "time", "lambda", "sigma", "ratio")
 
 def shown(page: Any) -> int:
     """Number of cases that pass the filters, as the page says."""
-    return int(re.match(r"([\d,]+) of", page.locator(".tools output").inner_text())[1].replace(",", ""))
+    return int(re.match(r"Showing ([\d,]+) of", page.locator(".tools output").inner_text())[1].replace(",", ""))
 
 
 def column(page: Any, place: int) -> list[str]:
@@ -58,6 +61,44 @@ def test_a_count_of_the_matrix_leads_to_its_cases_and_on_to_one_case(visit: Any,
     cells = dialog.get_by_role("region", name="W", exact=True).locator("td").all_inner_texts()
     assert [float(cell) for cell in cells] == W
     assert all(len(Decimal(cell).as_tuple().digits) == 17 for cell in cells)
+
+
+def test_every_count_opens_cases_and_says_how_many_there_are(visit: Any, report: Report) -> None:
+    """Each count of the matrix opens at least one case, and the total beside it is the count itself."""
+    page = visit()
+    found = page.evaluate(
+        """async () => {
+          const wrong = [], counts = [...document.querySelectorAll('.matrix[data-t] a[data-v], .matrix[data-t] a[data-p]')];
+          const output = document.querySelector('.tools output');
+          for (const count of counts.filter((_, i) => i % 7 === 0)) {
+            location.hash = count.hash;
+            await new Promise((done) => addEventListener('hashchange', done, { once: true }));
+            const said = output.textContent.replaceAll(',', '').match(/Showing (\\d+) of (\\d+)/);
+            const number = count.textContent.replaceAll(',', '').match(/^\\d+/)[0];
+            if (said[1] === '0' || said[2] !== number) wrong.push(`${count.hash} ${said[0]} ${number}`);
+          }
+          return [counts.length, wrong];
+        }"""
+    )
+    assert found[0] > 500 and found[1] == []
+
+
+@pytest.mark.parametrize(
+    "fragment",
+    [
+        "#v=verified&b=osqp&f=direct&t=exact&s=high_accuracy&p=(none)",
+        "#v=limit&p=float64",
+        "#v=verified&b=closed_form:eq6&s=(judged)",
+    ],
+)
+def test_the_command_lists_all_that_passes_the_filter(visit: Any, fragment: str) -> None:
+    """Where cases are not embedded the page prints the command that lists them, and the command lists so many."""
+    page = visit(fragment)
+    number = int(re.search(r" of ([\d,]+)", page.locator(".tools output").inner_text())[1].replace(",", ""))
+    assert shown(page) < number
+    command = page.locator("#elsewhere code").inner_text().replace("python -c", f"{shlex.quote(sys.executable)} -c", 1)
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=True)
+    assert re.search(rf"\b{number} rows", done.stdout) or done.stdout.count("\n") >= number
 
 
 def test_a_permalink_restores_filter_and_case(visit: Any) -> None:
@@ -146,7 +187,7 @@ def test_failures_are_listed_with_links(visit: Any) -> None:
     """Opening a list shows as many linked cases as it counts."""
     page = visit()
     listing = page.locator(".listing[data-verdict=false_success]").last
-    number = int(listing.locator("summary").inner_text().split(":")[-1].split(",")[0])
+    number = int(re.search(r"(\d+)(?: of them listed)?$", listing.locator("summary").inner_text())[1])
     listing.locator("summary").click()
     assert listing.locator("li a").count() == number > 0
     listing.locator("li a").first.click()
@@ -191,7 +232,7 @@ def test_readable_without_javascript(visit: Any) -> None:
         "false successes by",
         "sandbox verify --out",
         "What did not run",
-        "pip install casadi",
+        "pip install qpsolvers",
         "Which should I use",
         "The worst 50",
     ):

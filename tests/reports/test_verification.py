@@ -24,8 +24,8 @@ from tests.reports.conftest import Report
 from tests.reports.synthetic_run import NASTY, write_run
 
 SECTIONS = (
-    "run", "not-run", "matrix", "promise", "curves", "breakdown", "closed-forms", "which", "failures", "settings", "cases",
-    "limits",
+    "findings", "run", "not-run", "matrix", "promise", "curves", "breakdown", "closed-forms", "which", "failures", "settings",
+    "cases", "limits",
 )  # fmt: skip
 
 
@@ -53,7 +53,7 @@ def test_fewer_cases_are_embedded_where_the_page_would_grow_too_large(
 
 
 def test_sections_stand_in_their_order(report: Report) -> None:
-    """Twelve sections, in the order in which the contents list them."""
+    """All sections, in the order in which the contents list them."""
     text = report.page.read_text(encoding="utf-8")
     places = [text.index(f'id="{name}"') for name in SECTIONS]
     assert places == sorted(places)
@@ -96,7 +96,7 @@ def test_the_matrix_counts_every_judged_record_once(report: Report) -> None:
     """Counts of all cells and what stands apart add up to the records at the judged level."""
     text = report.page.read_text(encoding="utf-8")
     matrix = text[text.index('id="matrix"') : text.index('id="promise"')]
-    cells = re.findall(r'data-v="\w+">([\d,]+)&nbsp;', matrix) + re.findall(r'class="apart">([\d,]+)&nbsp;', matrix)
+    cells = re.findall(r'data-v="\w+">([\d,]+)&nbsp;', matrix) + re.findall(r'data-p="\w+">([\d,]+)&nbsp;', matrix)
     data = RunData(report.run)
     judged = data.one("select count(*) from records where judged")
     data.close()

@@ -68,6 +68,15 @@ def test_a_bad_member_of_a_stack_is_named() -> None:
     assert caught.value.evidence["index"] == (3, 1, 2)
 
 
+def test_an_ambiguous_gamma_is_refused() -> None:
+    """k x k numbers for a stack of k factors with k rows may be one matrix or k diagonals: never guessed."""
+    E = np.ones((2, 2, 3))
+    with pytest.raises(ShapeError, match="may be one matrix or 2 diagonals"):
+        sandbox.Weight(np.eye(3), E, [[2.0, 1], [1, 3]])
+    assert sandbox.Weight(np.eye(3), E, [[[2.0, 1], [1, 3]]]).gamma.shape == (2, 2, 2)
+    assert np.array_equal(sandbox.Weight(np.eye(3), E[0], [2.0, 3]).gamma, np.diag([2.0, 3]))
+
+
 def test_arrays_are_read_only_copies() -> None:
     """Neither the caller's array nor the problem's can change the other."""
     J = np.array(GOOD["J"])

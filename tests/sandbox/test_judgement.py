@@ -397,6 +397,22 @@ def test_no_answer_beyond_the_cap_is_verified(level: str) -> None:
     assert verdicts(judged(stick, x, [[np.nan]] * 2, allowance(2, (0.05, 0.05), level))) == ["verified", "inaccurate"]
 
 
+@pytest.mark.parametrize(
+    ("xdot", "pull", "edge"),
+    [(2.0, 2.0**10, 1e-3), (0.0, 2.0**10, 1.024), (0.0, 2.0**-10, 1e-3 * 2.0**-10), (2.0, 2.0**50, 150 * UNIT * 2.0**50)],
+)
+def test_a_verified_answer_has_digits_of_its_own(xdot: float, pull: float, edge: float) -> None:
+    """Where large terms cancel in x, the cap is relative to x; to the terms where x is 0; rounding of them is excused."""
+    problem = VelocityProblem([[1.0, 1]], [xdot], np.eye(2), [pull, pull])  # x = xdot (1, 1)/2, size = pull + xdot/2
+    stick = yardstick(problem)
+    allowed = Allowance.of_closed_form(np.ones(2))
+    x = stick.x + edge * np.array([[1 - JUST, 0], [1 + JUST, 0]])
+    assert [v == "verified" for v in verdicts(judged(stick, x, [[np.nan]] * 2, allowed))] == [True, False]
+    near = replace(stick, margin=np.zeros(1))
+    by_rounding = edge > 2  # near a boundary nobody knows which answer the rounding belongs to
+    assert (verdicts(judged(near, x, [[np.nan]] * 2, allowed))[0] == "verified") == (not by_rounding)
+
+
 def test_beyond_excuse_needs_both_a_thousandfold_and_a_thousandth() -> None:
     """False success by error: more than 1000 T and more than 1e-3; either alone is inaccurate."""
     problem = VelocityProblem([[1.0, 0]], [1.0], np.eye(2))
