@@ -69,7 +69,7 @@ def test_a_bad_member_of_a_stack_is_named() -> None:
 
 
 def test_an_ambiguous_gamma_is_refused() -> None:
-    """k x k numbers for a stack of k factors with k rows may be one matrix or k diagonals: never guessed."""
+    """Matrix or diagonals: k x k numbers for a stack of k factors with k rows may be either, and are never guessed."""
     E = np.ones((2, 2, 3))
     with pytest.raises(ShapeError, match="may be one matrix or 2 diagonals"):
         sandbox.Weight(np.eye(3), E, [[2.0, 1], [1, 3]])
