@@ -199,18 +199,22 @@ def breakdown(run: RunData, over: str) -> list[Row]:
     """Share verified and median error by decade, formulation and backend.
 
     over "lambda_min_W" takes the set `indefinite` (all valid indefinite problems where a run has no such set), over
-    "sigma_min_J" the set `near_singular` (or every nonsingular J). Decades are rounded to the nearest. Every decidable
-    problem counts, whoever is to blame: success and failure on what float64 cannot attain alike.
+    "sigma_min_J" the set `near_singular` (or every nonsingular J). Decades are rounded to the nearest. Every problem
+    that a backend's tolerance can decide counts, whoever is to blame; where the margin is so small that a failure would
+    be undecidable, successes are dropped like failures.
     """
     name = {"lambda_min_W": "indefinite", "sigma_min_J": "near_singular"}[over]
     value = {"lambda_min_W": "-lambda_min_W", "sigma_min_J": "sigma_min_J"}[over]
     present = run.one("select count(*) from records where set = ?", [name])
     chosen = f"set = '{name}'" if present else "true"
     return run.rows(
-        f"""select formulation, backend, round(log10({value}))::int as decade, count(*) as n,
+        f"""with own as (
+          select *, max(margin) filter (verdict = 'undecidable') over (partition by backend, formulation) as blurred
+          from records where judged and task = 'exact' and expected = 'unique_minimum' and {chosen} and {value} > 0)
+        select formulation, backend, round(log10({value}))::int as decade, count(*) as n,
         count(*) filter (verdict = 'verified') as verified, median(error) filter (status = 'solved') as error
-        from records where judged and task = 'exact' and expected = 'unique_minimum' and {chosen}
-        and {value} > 0 and {COUNTED} group by all order by formulation nulls first, backend, decade"""
+        from own where {COUNTED} and coalesce(margin > blurred, true)
+        group by all order by formulation nulls first, backend, decade"""
     )
 
 
@@ -283,19 +287,24 @@ def closed_forms(run: RunData) -> list[Row]:
 
 
 def closed_form_pairs(run: RunData) -> tuple[list[str], dict[tuple[str, str], Row]]:
-    """Largest and median |x_a - x_b| / |x*|, max norm, over problems of task exact with a unique minimum that both solve.
+    """Largest and median |x_a - x_b|, max norm, over problems of task exact with a unique minimum that both solve.
 
-    Problems whose exact answer x* is 0 are left out: there is nothing to measure a difference by.
+    The denominator is that of `error`, read off the record of the problem with the largest error, where the quotient of
+    |x - x*| and error is least rounded, and never below |x*|; problems without one (x* = 0, no error) are left out.
     """
+    distance = "list_max([abs(p[1] - p[2]) for p in list_zip({}, {})])"
     rows = run.rows(
         f"""with sizes as (
-          select distinct on (problem) problem, list_max([abs(v) for v in x]) as size from truth where task = 'exact'),
+          select r.problem, greatest(arg_max({distance.format("r.qdot", "t.x")} / r.error, r.error),
+            max(list_max([abs(v) for v in t.x]))) as size
+          from records r join truth t on r.problem = t.problem and r.task = t.task
+          where r.task = 'exact' and r.expected = 'unique_minimum' and r.error > 0 and r.qdot is not null group by 1),
         answers as (
           select problem, backend, qdot from records where closed and task = 'exact' and expected = 'unique_minimum'
           and status = 'solved' and qdot is not null and {COUNTED}),
         differences as (
           select a.backend as a, b.backend as b,
-            list_max([abs(p[1] - p[2]) for p in list_zip(a.qdot, b.qdot)]) / s.size as d
+            {distance.format("a.qdot", "b.qdot")} / s.size as d
           from answers a join answers b on a.problem = b.problem and a.backend < b.backend
           join sizes s on a.problem = s.problem where s.size > 0)
         select a, b, count(d) as n, median(d) as typical, max(d) as largest from differences group by all"""
@@ -390,20 +399,14 @@ def not_run(run: RunData) -> list[Row]:
 
 
 def left_out(run: RunData) -> list[Row]:
-    """`not_run` by reason: backends left out in the same sets, formulation and settings for the same reason are one row."""
-    by_set: dict[tuple[str, ...], list[Row]] = {}
-    for row in not_run(run):
-        key = tuple(row.get(name) or "" for name in ("why", "formulation", "settings", "set"))
-        by_set.setdefault(key, []).append(row)
-    out: dict[tuple[Any, ...], Row] = {}
-    for (why, formulation, settings, of_set), rows in by_set.items():
-        backends = tuple(dict.fromkeys(row["backend"] for row in rows))
-        row = out.setdefault(
-            (why, formulation, settings, backends),
-            {"why": why, "formulation": formulation, "settings": settings, "backends": backends, "sets": [], "count": 0},
-        )
-        row["sets"].append(of_set)
-        row["count"] += sum(r["count"] for r in rows)
+    """`not_run` by reason and formulation: the settings, sets and backends it befell, and how many solves in all."""
+    out: dict[tuple[str, str], Row] = {}
+    for told in not_run(run):
+        why, formulation = told.get("why") or "", told.get("formulation") or ""
+        row = out.setdefault((why, formulation), {"why": why, "formulation": formulation, "count": 0})
+        row["count"] += told["count"]
+        for name in ("settings", "set", "backend"):
+            row[name] = {**row.get(name, {}), told.get(name) or "all": None}  # a set that keeps its order
     return list(out.values())
 
 

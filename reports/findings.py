@@ -167,8 +167,8 @@ def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
         details.append(f"{plural(sum(false.values()), 'false success', 'false successes')} among them: {listed}.")
     return Finding(
         f"{within:,} of {scored:,}",
-        f"{'answer' if scored == 1 else 'answers'} of the {plural(len(rows), 'closed form')} within the form's own error bound "
-        "of the exact answer"
+        f"answers of the {f'{len(rows)} closed forms' if len(rows) > 1 else 'closed form'} lie within "
+        f"{'their' if len(rows) > 1 else 'its'} own error bound of the exact answer"
         + (f"; outside somewhere: {_names(outside, 30)}." if outside else "."),
         " ".join(details), "#closed-forms", "fair" if outside or false else "good",
     )  # fmt: skip

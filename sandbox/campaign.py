@@ -82,6 +82,7 @@ class Presence:
 
     state: str = "not_run"
     why: str = "no problem was posed for it"
+    absent: bool = False
     engines: dict[str, Engine] = field(default_factory=dict)
 
 
@@ -207,7 +208,7 @@ class Campaign:
         )
         by_set = {name: [work for work in works if work.set_name == name] for name in dict.fromkeys(w.set_name for w in works)}
         agenda = Agenda({library: list(by_set) for library in libraries})
-        with Workers() as workers, ThreadPoolExecutor(max_workers=self.plan.jobs) as threads:
+        with Workers(self._stop) as workers, ThreadPoolExecutor(max_workers=self.plan.jobs) as threads:
 
             def work_off() -> None:
                 for library, set_name in agenda:
@@ -282,7 +283,9 @@ class Campaign:
 
     def _ask(self, workers: Workers, batch: Batch, posed: Posed, failures: dict[str, int]) -> Answers:
         """One stack of QPs to one backend, as long as patience lasts."""
-        row = BACKENDS[batch.backend]
+        row, presence = BACKENDS[batch.backend], self.presence[batch.backend]
+        if presence.absent:  # it could not be opened: asking again for every stack would cost its start each time
+            return Answers.empty(posed.qp)
         if posed.qp.p == 0 and not row.without_rows:
             answers = Answers.empty(posed.qp)
             answers.fail(np.arange(len(posed.qp)), Status.NOT_RUN, "takes no QP without rows")
@@ -293,13 +296,12 @@ class Campaign:
         )  # fmt: skip
         failures[batch.backend] += int(np.isin(answers.status, (CODE[Status.CRASHED], CODE[Status.TIMED_OUT])).sum())
         self.tally.add(build=float(np.nansum(answers.build_time)), solve=float(np.nansum(answers.solve_time)))
-        presence = self.presence[batch.backend]
         if answers.engine is not None:
             presence.state, presence.why = "ran", ""
             presence.engines[batch.level] = batch.engine = answers.engine
             batch.scale(posed, answers)
         elif answers.absent and presence.state != "ran":
-            presence.why = answers.absent
+            presence.why, presence.absent = answers.absent, True
         return answers
 
 

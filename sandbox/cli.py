@@ -35,7 +35,8 @@ def _cores() -> int:
 
 def _console() -> Console:
     # a pipe or a log has no width of its own: tables must not be folded to 80 columns there
-    return Console(width=None if sys.stdout.isatty() else 160)
+    terminal = sys.stdout is not None and sys.stdout.isatty()
+    return Console(width=None if terminal else 160)
 
 
 def _print_json(content: Any) -> None:
@@ -317,14 +318,14 @@ def main() -> None:
     try:
         status = app(standalone_mode=False)
     except SandboxError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         status = 2
     except typer.Exit as stop:
         status = stop.exit_code
     except KeyboardInterrupt:
         print("interrupted; what was done is kept", file=sys.stderr)
         status = 130
-    except (typer.Abort, OSError) as error:
+    except (typer.Abort, OSError, UnicodeError) as error:
         print(f"error: {error}", file=sys.stderr)
         status = 2
     except Exception as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from sandbox.backends import BACKENDS
@@ -52,8 +53,8 @@ def chosen(
         raise EmptyPlanError(
             f"{', '.join(posed)} poses task {needed}, but the problems are posed for {', '.join(sorted(tasks))}"
         )
-    if time_limit <= 0:
-        raise EmptyPlanError(f"time_limit is {time_limit:g} s; it must be positive")
+    if not 0 < time_limit < math.inf:  # NaN compares as wrong
+        raise EmptyPlanError(f"time_limit is {time_limit:g} s; it must be positive and finite")
     wanted = known("backend", backends, [*(BACKENDS if backends else RUNNABLE), *forms])
     return Plan(
         sets=sets,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -15,6 +16,7 @@ from sandbox.problem_set import Group, ProblemSet
 from sandbox.reference.posed import PosedTruth, posed_truth
 from sandbox.reference.truth import Truth, truth
 from sandbox.spectrum import numerical_rank
+from sandbox.stacked import eigenvalues
 from sandbox.tolerances import CONDITION_SEVEN, DAMPING, UNIT
 from sandbox.verdict import EXPECTED
 from sandbox.yardstick import Yardstick
@@ -90,14 +92,14 @@ def _posed_work(
     problem: VelocityProblem, formulation: str, yardstick: Yardstick, expected: list[str | None], qdot: Array
 ) -> PosedWork:
     """Pose a group and measure what was posed."""
-    posing = FORMULATIONS[formulation].build(problem)
+    posing = FORMULATIONS[formulation].pose(problem)
     B = len(problem)
     curvature, full_rank = np.zeros(B, np.int8), np.ones(B, bool)
     for posed in posing.parts:
         if posed.qp.n:
-            eigenvalues = np.linalg.eigvalsh(posed.qp.H)
-            rounding = CONDITION_SEVEN * posed.qp.n * 2 * UNIT * np.abs(eigenvalues).max(axis=-1)
-            smallest = eigenvalues[:, 0]
+            spectrum = eigenvalues(posed.qp.H)
+            rounding = CONDITION_SEVEN * posed.qp.n * 2 * UNIT * np.abs(spectrum).max(axis=-1)
+            smallest = spectrum[:, 0]
             curvature[posed.index] = np.where(smallest > rounding, 0, np.where(smallest >= -rounding, 1, 2))
         if posed.qp.p:
             sigma = np.linalg.svd(posed.qp.A, compute_uv=False)
@@ -146,8 +148,19 @@ def _references(chunks: list[Chunk], jobs: int) -> Iterator[Reference]:
     if jobs == 1 or len(chunks) < 2 * jobs:
         yield from map(reference, chunks)
         return
-    with ProcessPool(max_workers=jobs, context=get_context("spawn")) as pool:
-        yield from pool.map(reference, chunks).result()
+    # blocked while the pool starts: its threads and processes inherit that, and Ctrl-C is this process's business alone
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        pool = ProcessPool(max_workers=jobs, context=get_context("spawn"))
+        results = pool.map(reference, chunks).result()
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    with pool:
+        try:
+            yield from results
+        except BaseException:
+            pool.stop()
+            raise
 
 
 def _work(set_name: str, group: Group, first: int, parts: list[Reference]) -> Work:

@@ -54,7 +54,7 @@ def script(case: Case, backend: str, formulation: str = "direct", settings: str 
             raise UnknownNameError.of(kind, name, known)
     row, recipe = BACKENDS[backend], FORMULATIONS[formulation]
     stack = case.problem.stacked()
-    posing = recipe.build(stack)
+    posing = recipe.pose(stack)
     if posing.refused:
         raise RefusalError(f"{formulation} poses no QP for problem {case.id}: {posing.refused[0][1]}")
     posed = posing.parts[0]

@@ -1,6 +1,6 @@
 """The child process of one solver library: reads stacks of QPs from a pipe, answers problem by problem.
 
-Started by worker.py as `python -m sandbox.solver_process MODULE FD PROGRESS_FD`. What the solver prints to
+Started by worker.py as `python -m sandbox.solver_process MODULE FD PROGRESS_FD LIFELINE_FD`. What the solver prints to
 the descriptors 1 and 2 is caught and kept as its own words.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import fcntl
 import mmap
 import os
 import struct
@@ -130,8 +131,18 @@ class SolverProcess:
             self.pipe.send(("done", batch))
 
 
-def main(module: str, descriptor: int, progress: int) -> None:
+def die_with_parent(lifeline: int) -> None:
+    """End this process when the parent's end of the socket `lifeline` closes, even in the middle of a solver's C code.
+
+    The hang-up raises SIGIO, whose default action terminates: it needs neither the interpreter nor its lock.
+    """
+    fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+    fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
+
+
+def main(module: str, descriptor: int, progress: int, lifeline: int) -> None:
     """Serve the library file `module` over the pipe at `descriptor`."""
+    die_with_parent(lifeline)
     with contextlib.suppress(ImportError, ValueError, OSError):  # no such limit on this system: run without it
         import resource
 
@@ -141,4 +152,4 @@ def main(module: str, descriptor: int, progress: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+    main(sys.argv[1], *map(int, sys.argv[2:]))

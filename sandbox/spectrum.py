@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sandbox.problem import VelocityProblem
+from sandbox.stacked import eigenvalues, svd
 from sandbox.tolerances import RANK, UNIT
 
 Array = np.ndarray
@@ -28,10 +29,10 @@ class Spectrum:
     @classmethod
     def of(cls, problem: VelocityProblem, rank: Array | None = None) -> Spectrum:
         """Decompose J; `rank` (B,) is declared where it is known, else decided by the singular values."""
-        U, sigma, Vt = np.linalg.svd(problem.J)
+        U, sigma, V = svd(problem.J)
         if rank is None:
             rank = numerical_rank(sigma, problem.m, problem.n)
-        return cls(U, sigma, np.swapaxes(Vt, -1, -2), np.asarray(rank, dtype=int))
+        return cls(U, sigma, V, np.asarray(rank, dtype=int))
 
     def by_rank(self) -> Iterator[tuple[int, Array]]:
         """Each rank that occurs, with the members that have it."""
@@ -80,9 +81,9 @@ def smallest_eigenvalue(matrices: Array) -> Array:
     """lambda_min (...,) of symmetric matrices (..., k, k); +inf where k = 0."""
     if matrices.shape[-1] == 0:
         return np.full(matrices.shape[:-2], np.inf)
-    return np.linalg.eigvalsh(matrices)[..., 0]
+    return eigenvalues(matrices)[..., 0]
 
 
 def spectral_norm(matrices: Array) -> Array:
     """|M|_2 (...,) of symmetric matrices (..., k, k)."""
-    return np.abs(np.linalg.eigvalsh(matrices)).max(axis=-1)
+    return np.abs(eigenvalues(matrices)).max(axis=-1)

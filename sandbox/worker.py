@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import mmap
 import os
 import signal
@@ -9,6 +10,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -79,13 +81,13 @@ class Answers:
     def put(self, i: int, answer: tuple[Any, ...]) -> None:
         """Store what the process sent for member `i`; an answer of the wrong size is none."""
         x, y, status, said, iterations, build, solve, wall = answer
-        if x is not None and np.shape(x) == self.x[i].shape:
-            self.x[i] = x
-        if y is not None and np.shape(y) == self.y[i].shape:
-            self.y[i] = y
+        for kept, given in ((self.x, x), (self.y, y)):
+            values = np.asarray(given)
+            if values.dtype.kind in "fiu" and values.shape == kept[i].shape:
+                kept[i] = values
         self.status[i] = CODE[Status[status]]
-        self.said[i] = said
-        self.iterations[i] = iterations
+        self.said[i] = str(said).encode("utf-8", "replace").decode()
+        self.iterations[i] = iterations if isinstance(iterations, int) and 0 <= iterations < 2**31 else None
         self.build_time[i], self.solve_time[i], self.runtime[i] = build, solve, wall
 
     def fail(self, members: Array, status: Status, said: str) -> None:
@@ -104,14 +106,16 @@ class Process:
         self.progress_file.truncate(mmap.PAGESIZE)
         self.progress = mmap.mmap(self.progress_file.fileno(), mmap.PAGESIZE)
         self.progress[: PROGRESS.size] = PROGRESS.pack(-1, float("inf"))
+        self.lifeline, tied = socket.socketpair()  # nothing is sent on it: its end is ours
         threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-        descriptors = (theirs.fileno(), self.progress_file.fileno())
+        descriptors = (theirs.fileno(), self.progress_file.fileno(), tied.fileno())
         self.child = subprocess.Popen(
             [sys.executable, "-m", "sandbox.solver_process", module, *map(str, descriptors)],
             pass_fds=descriptors, env={**os.environ, **threads}, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
         theirs.close()
+        tied.close()
         self.pipe = Connection(ours.detach())
 
     def position(self) -> tuple[int, float]:
@@ -131,18 +135,25 @@ class Process:
 
     def stop(self) -> None:
         """End the process, whatever it is doing."""
-        self.child.kill()
+        with contextlib.suppress(ProcessLookupError):  # it leads a session: what it started ends with it
+            os.killpg(self.child.pid, signal.SIGKILL)
         self.child.wait()
         self.pipe.close()
+        self.lifeline.close()
         self.progress.close()
         self.progress_file.close()
 
 
 class Workers:
-    """Solver processes, one per library, started when first needed; a context manager that ends them all."""
+    """Solver processes, one per library, started when first needed; a context manager that ends them all.
 
-    def __init__(self) -> None:
+    stopped : once set, work in progress is left: what was answered stays, the rest is NOT_RUN
+    """
+
+    def __init__(self, stopped: threading.Event | None = None) -> None:
         self._processes: dict[str, Process] = {}
+        self._stopped = stopped or threading.Event()
+        self._stuck: dict[str, str] = {}  # libraries that did not start, by module
 
     def __enter__(self) -> Workers:
         return self
@@ -187,6 +198,8 @@ class Workers:
         self, row: Backend, qp: QP, settings: str, time_limit: float, answers: Answers, todo: Array
     ) -> tuple[Answers, Array, int]:
         """Solve members `todo` until done or until the process fails; what is left to do and failures (0 or 1)."""
+        if row.module in self._stuck:
+            return self._missing(row, answers, todo, self._stuck[row.module]), todo[:0], 0
         process = self._processes.get(row.library)
         if process is None:
             process = self._processes[row.library] = Process(row.module)
@@ -196,6 +209,10 @@ class Workers:
         try:
             process.pipe.send((row.engine, settings, part.H, part.g, part.A, part.b))
             while True:
+                if self._stopped.is_set():
+                    self._drop(row.library)
+                    answers.fail(todo[done:], Status.NOT_RUN, "interrupted")
+                    return answers, todo[:0], 0
                 if not process.pipe.poll(POLL):
                     position, begun = process.position()
                     if position >= 0 and time.monotonic() - begun > time_limit:
@@ -203,7 +220,8 @@ class Workers:
                         return self._fell(row, answers, todo, done, position, Status.TIMED_OUT, f"overran {time_limit:g} s")
                     if answers.engine is None and time.monotonic() - opening > OPENING_LIMIT:
                         self._drop(row.library)
-                        return self._missing(row, answers, todo, f"did not start in {OPENING_LIMIT:g} s"), todo[:0], 0
+                        self._stuck[row.module] = f"did not start in {OPENING_LIMIT:g} s"
+                        return self._missing(row, answers, todo, self._stuck[row.module]), todo[:0], 0
                     continue
                 kind, content = process.pipe.recv()
                 if kind == "cannot open":

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sandbox.problem import VelocityProblem
-from sandbox.spectrum import Spectrum
+from sandbox.spectrum import Spectrum, smallest_eigenvalue
 from sandbox.task import TaskView, task_weight
 from sandbox.tolerances import DAMPING
 from sandbox.verdict import EXPECTED
@@ -70,6 +70,7 @@ class Yardstick:
             return np.where(largest > 0, self.spread / largest, np.nan)
 
     @classmethod
+    @np.errstate(all="ignore")  # W and its products may overflow: the figures of that member are then not finite
     def of(cls, problem: VelocityProblem, task: str, truths: Sequence[Any], damping: float = DAMPING) -> Yardstick:
         """Measure a stack with one leading axis against its exact truths."""
         B, m, n = len(problem), problem.m, problem.n
@@ -90,7 +91,7 @@ class Yardstick:
             N = spectrum.null_basis(r, members)
             if N.shape[-1]:
                 S = problem[members].W.left(N) @ N
-                reduced[members] = np.linalg.eigvalsh((S + np.swapaxes(S, -1, -2)) / 2)[:, 0]
+                reduced[members] = smallest_eigenvalue((S + np.swapaxes(S, -1, -2)) / 2)
             for d in np.unique(degrees[members]):
                 chosen = members[(degrees[members] == d) & (expected[members] <= 1)]
                 if len(chosen):
@@ -102,7 +103,7 @@ class Yardstick:
                         figures[name][chosen] = values
         return cls(
             view=view, expected=expected, reason=[t.reason for t in truths], margin=np.array([t.margin for t in truths]),
-            rank=rank, x=x, y=y, freedom=freedom, lambda_min_W=np.linalg.eigvalsh(dense)[:, 0], lambda_min_reduced=reduced,
+            rank=rank, x=x, y=y, freedom=freedom, lambda_min_W=smallest_eigenvalue(dense), lambda_min_reduced=reduced,
             sigma_min_J=spectrum.sigma[:, -1], norm_W=np.abs(dense).sum(axis=-1).max(axis=-1), **figures,
         )  # fmt: skip
 

@@ -90,13 +90,13 @@ const time = (x) => {
 // ---- cases --------------------------------------------------------------------------------------------------------------
 const KEYS = { v: "verdict", b: "backend", f: "formulation", t: "task", s: "settings", x: "expected", set: "set", p: "apart" };
 const COLUMNS = [
-  ["problem", "Case", 98], ["set", "Set", 92], ["expected", "Expected", 116], ["backend", "Backend", 134],
-  ["formulation", "Formulation", 116], ["verdict", "Verdict", 102], ["error", "Error", 58, shown], ["tolerance", "Tolerance", 68, shown],
-  ["lambda_min_W", "λmin(W)", 72, shown], ["sigma_min_J", "σmin(J)", 58, shown], ["solve_time", "Time", 62, time],
+  ["problem", "Case", 94], ["set", "Set", 92], ["expected", "Expected", 116], ["backend", "Backend", 116],
+  ["formulation", "Formulation", 102], ["verdict", "Verdict", 108], ["error", "Error", 60, shown], ["tolerance", "Tolerance", 70, shown],
+  ["lambda_min_W", "λmin(W)", 68, shown], ["sigma_min_J", "σmin(J)", 64, shown], ["solve_time", "Time", 62, time],
 ];
 const APART = { formulation: "by the formulation", float64: "beyond float64" };
 const ROW = 31;
-const SEVERE = ["false_success", "wrong_refusal", "crashed", "timed_out", "inaccurate", "limit", "out_of_scope", "undecidable", "right_refusal", "verified"];
+const SEVERE = ["false_success", "wrong_refusal", "crashed", "timed_out", "inaccurate", "limit", "out_of_scope", "undecidable", "right_refusal", "verified", "not_run"];
 let data, text, severity, order = [], active = 0, filters = {}, sort = null, open = null, keys, byKey, refresh = () => {};
 
 const name = (column, i) => column.names[column.codes[i]] ?? null;

@@ -139,7 +139,7 @@ def guarded(solve: Solve) -> Solve:
 def opened(module: str, engine: str, settings: str) -> Engine:
     """The engine that the library file `module` opens, its solve made unable to raise."""
     found: Engine = import_module(module).open_engine(engine, settings)
-    return found._replace(solve=guarded(found.solve))
+    return found._replace(solve=guarded(found.solve), settings=plain(found.settings))
 
 
 _WORDS = (  # the first that occurs decides; capitals, blanks and _ - are levelled before

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from sandbox.closed_form.geometry import Geometry, norm, positive_definite
-from sandbox.closed_form.linear import cholesky, eigenvalues, solve, svd, symmetric, transpose
+from sandbox.closed_form.linear import cholesky
 from sandbox.problem import VelocityProblem
+from sandbox.stacked import eigenvalues, solve, svd, symmetric, transpose
 from sandbox.tolerances import FORWARD, UNIT
 
 Array = np.ndarray

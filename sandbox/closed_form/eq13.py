@@ -7,9 +7,10 @@ import numpy as np
 from sandbox.closed_form.bounds import SIX, framework
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger, numbers
 from sandbox.closed_form.geometry import Geometry, gradient, norm, null_rounding, weight_size
-from sandbox.closed_form.linear import eigenvalues, equilibrated, solve, symmetric, times, transpose
+from sandbox.closed_form.linear import equilibrated
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
+from sandbox.stacked import eigenvalues, solve, symmetric, times, transpose
 from sandbox.task import task_weight
 from sandbox.tolerances import CONDITION_SEVEN, FORWARD, RANK, RANK_GAP, UNIT
 

@@ -7,9 +7,10 @@ import numpy as np
 from sandbox.closed_form.bounds import SIX, six
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry, gradient
-from sandbox.closed_form.linear import equilibrated, solve, times, transpose
+from sandbox.closed_form.linear import equilibrated
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution
+from sandbox.stacked import solve, times, transpose
 
 
 @np.errstate(all="ignore")

@@ -6,8 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from sandbox.closed_form.linear import eigenvalues, power_of_two, svd, symmetric, transpose
+from sandbox.closed_form.linear import power_of_two
 from sandbox.problem import VelocityProblem
+from sandbox.stacked import eigenvalues, svd, symmetric, transpose
 from sandbox.tolerances import CONDITION_SEVEN, RANK, UNIT
 
 Array = np.ndarray

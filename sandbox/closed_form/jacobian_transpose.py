@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sandbox.closed_form.linear import times, transpose
 from sandbox.problem import VelocityProblem
+from sandbox.stacked import times, transpose
 
 Array = np.ndarray
 

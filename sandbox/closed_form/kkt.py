@@ -7,9 +7,9 @@ import numpy as np
 from sandbox.closed_form.bounds import BORDERED, bordered, bordered_matrix
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry
-from sandbox.closed_form.linear import eigenvalues, solve
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
+from sandbox.stacked import eigenvalues, solve
 from sandbox.tolerances import CONDITION_SEVEN, UNIT
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from sandbox.closed_form.bounds import SIX, six
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.geometry import Geometry, gradient
-from sandbox.closed_form.linear import solve, symmetric, times, transpose
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution
+from sandbox.stacked import solve, symmetric, times, transpose
 
 
 @np.errstate(all="ignore")

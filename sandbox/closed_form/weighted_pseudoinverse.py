@@ -7,9 +7,10 @@ import numpy as np
 from sandbox.closed_form.bounds import SINGULAR_VALUES, singular_values
 from sandbox.closed_form.eq2_5 import refuse_normal
 from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
-from sandbox.closed_form.linear import cholesky, power_of_two, solve, svd, times, transpose
+from sandbox.closed_form.linear import cholesky, power_of_two
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution
+from sandbox.stacked import solve, svd, times, transpose
 from sandbox.tolerances import RANK, UNIT
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from sandbox.formulation.direct import recover
-from sandbox.formulation.formulation import Formulation, Posed, Posing, symmetric, times, transpose
+from sandbox.formulation.formulation import Formulation, Posed, Posing
 from sandbox.problem import VelocityProblem
 from sandbox.qp import QP
 from sandbox.solution import Status
 from sandbox.spectrum import Spectrum, reduced_weight, smallest_eigenvalue, spectral_norm
+from sandbox.stacked import solve, symmetric, times, transpose
 from sandbox.tolerances import CONDITION_SEVEN, CONVEXITY_SHARE, UNIT
 
 Array = np.ndarray
@@ -58,7 +59,7 @@ def _build(problem: VelocityProblem, *, unit: bool) -> Posing:
         sigma = np.ones((len(keep), r)) if unit else spectrum.sigma[members[keep], :r]
         Y = V / sigma[:, None, :]
         YW = part.W.left(Y)
-        S = symmetric(YW @ Y - (YW @ N) @ np.linalg.solve(S_N, transpose(YW @ N)))
+        S = symmetric(YW @ Y - (YW @ N) @ solve(S_N, transpose(YW @ N)))
         largest = sigma[:, 0] if r else np.ones(len(keep))
         c = np.maximum(0, -2 * smallest_eigenvalue(S)) if r else np.zeros(len(keep))
         c = c + CONVEXITY_SHARE * size[members[keep]] / largest**2

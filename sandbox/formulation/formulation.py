@@ -55,17 +55,14 @@ class Formulation:
     recover: Callable[[VelocityProblem, Posed, Array, Array], tuple[Array, Array]]
     then: Callable[[VelocityProblem, Posed, Array], Posed] | None = None
 
-
-def transpose(matrices: Array) -> Array:
-    """Swap the last two axes."""
-    return np.swapaxes(matrices, -1, -2)
-
-
-def times(matrices: Array, vectors: Array) -> Array:
-    """M v for stacks (b, p, q) and (b, q)."""
-    return (matrices @ vectors[..., None])[..., 0]
-
-
-def symmetric(matrices: Array) -> Array:
-    """(M + M')/2: engines and eigenvalue routines read one triangle only."""
-    return (matrices + transpose(matrices)) / 2
+    def pose(self, problem: VelocityProblem) -> Posing:
+        """Build a stack; a member whose QP overflows float64 is refused, whatever becomes of its neighbours."""
+        with np.errstate(all="ignore"):
+            posing = self.build(problem)
+        parts, refused = [], dict(posing.refused)
+        for posed in posing.parts:
+            entries = [part.reshape(len(posed.qp), -1) for part in (posed.qp.H, posed.qp.g, posed.qp.A, posed.qp.b)]
+            finite = np.isfinite(np.concatenate(entries, axis=-1)).all(axis=-1)
+            refused |= {int(i): (Status.FAILED, "posing overflows float64: choose other units") for i in posed.index[~finite]}
+            parts.append(posed[np.flatnonzero(finite)])
+        return Posing([posed for posed in parts if len(posed.index)], refused)

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from sandbox.formulation.formulation import Formulation, Posed, Posing, symmetric, times, transpose
+from sandbox.formulation.formulation import Formulation, Posed, Posing
 from sandbox.problem import VelocityProblem
 from sandbox.qp import QP
 from sandbox.spectrum import Spectrum
+from sandbox.stacked import symmetric, times, transpose
 from sandbox.task import task_weight
 
 Array = np.ndarray

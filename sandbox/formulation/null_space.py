@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from sandbox.formulation.formulation import Formulation, Posed, Posing, times, transpose
+from sandbox.formulation.formulation import Formulation, Posed, Posing
 from sandbox.problem import VelocityProblem
 from sandbox.qp import QP
 from sandbox.solution import Status
 from sandbox.spectrum import Spectrum, reduced_weight
+from sandbox.stacked import times, transpose
 from sandbox.tolerances import CONSISTENCY, UNIT
 
 Array = np.ndarray

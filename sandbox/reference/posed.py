@@ -23,7 +23,7 @@ class PosedTruth(NamedTuple):
 
 def posed_truth(problem: VelocityProblem, formulation: Formulation) -> PosedTruth:
     """Pose a stack and solve what was posed exactly; None and NaN where the formulation refused to pose."""
-    posing = formulation.build(problem)
+    posing = formulation.pose(problem)
     expected: list[str | None] = [None] * len(problem)
     qdot = np.full((len(problem), problem.n), np.nan)
     for posed in posing.parts:

@@ -197,7 +197,7 @@ def test_what_was_left_out_is_grouped_by_reason(run: RunData, monkeypatch: pytes
     ]
     monkeypatch.setattr(aggregate, "not_run", lambda _: [*told, told[0] | {"why": "other"}])
     first, second = aggregate.left_out(run)
-    assert (first["backends"], first["sets"], first["count"]) == (("osqp", "x"), ["a", "b"], 20)
+    assert (list(first["backend"]), list(first["set"]), first["count"]) == (["osqp", "x"], ["a", "b"], 20)
     assert (second["why"], second["count"]) == ("other", 5)
 
 

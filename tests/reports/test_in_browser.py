@@ -87,7 +87,7 @@ def test_every_count_opens_cases_and_says_how_many_there_are(visit: Any, report:
     "fragment",
     [
         "#v=verified&b=osqp&f=direct&t=exact&s=high_accuracy&p=(none)",
-        "#v=limit&p=float64",
+        "#p=float64",
         "#v=verified&b=closed_form:eq6&s=(judged)",
     ],
 )
@@ -164,7 +164,7 @@ def test_the_case_table_works_by_keyboard_and_draws_only_what_is_seen(visit: Any
     assert page.evaluate("document.activeElement.dataset.place") == str(shown(page) - 2)
     assert len(column(page, 1)) < 60
     page.keyboard.press("Enter")
-    assert page.locator("dialog[open]").count() == 1
+    page.wait_for_selector("dialog[open]")  # the address changes first, the dialog follows
     first = page.locator("dialog h2").inner_text()
     page.get_by_role("button", name="Previous").click()
     page.get_by_role("button", name="Next").click()
@@ -181,6 +181,31 @@ def test_the_filtered_rows_are_saved_as_csv(visit: Any, tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert len(rows) == shown(page) > 0
     assert {row["backend"] for row in rows} == {"osqp"}
+
+
+def test_of_many_curves_some_stand_out_at_first(visit: Any) -> None:
+    """Unlike backends are chosen beforehand, the rest is grey; letting the last one go brings all back."""
+    page = visit()
+    chart = page.locator("[data-chart=error]")
+    chart.scroll_into_view_if_needed()
+    page.wait_for_selector("[data-chart=error][data-drawn] .main-svg")
+    pressed = chart.locator(".names button[aria-pressed=true]")
+    names = pressed.all_inner_texts()
+    assert {"eq6", "osqp", "proxsuite:dense", "numpy:lstsq"} < set(names) and len(names) == 8
+    grey = "() => [...document.querySelectorAll('[data-chart=error] .js-line')].filter((p) => p.style.strokeWidth === '1px').length"
+    assert page.evaluate(grey) == chart.locator(".names button").count() - 8 > 10
+    for _ in names:
+        pressed.first.click()
+    assert page.evaluate(grey) == 0
+
+
+def test_a_share_says_how_many_problems_it_rests_on(visit: Any) -> None:
+    """Each cell of the tables by decade carries its count, and is grey where the count is below five."""
+    cells = visit().locator(".heat td[title]").evaluate_all("(all) => all.map((c) => [c.title, c.textContent, c.className])")
+    assert len(cells) > 100 and any(name == "few" for _, _, name in cells)
+    for title, text, name in cells:
+        verified, of, n = title.split(" ")
+        assert of == "of" and int(text) == 100 * int(verified) // int(n) and (name == "few") == (int(n) < 5)
 
 
 def test_failures_are_listed_with_links(visit: Any) -> None:

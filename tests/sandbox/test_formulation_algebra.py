@@ -10,13 +10,14 @@ import pytest
 from sandbox.formulation import FORMULATIONS
 from sandbox.formulation.convexified import AUGMENTED_LAGRANGIAN, CONVEXIFIED
 from sandbox.formulation.direct import DIRECT
-from sandbox.formulation.formulation import Posed, symmetric
+from sandbox.formulation.formulation import Posed
 from sandbox.formulation.least_squares import HIERARCHICAL, NORMAL_EQUATIONS, RANGE_SPACE
 from sandbox.formulation.null_space import NULL_SPACE
 from sandbox.formulation.slack import SLACK
 from sandbox.problem import VelocityProblem
 from sandbox.reference.truth import truth
 from sandbox.solution import Status
+from sandbox.stacked import symmetric
 from sandbox.task import TASKS
 from sandbox.tolerances import CONDITION_SEVEN, CONSISTENCY, CONVEXITY_SHARE, DAMPING, UNIT
 from sandbox.weight import Weight

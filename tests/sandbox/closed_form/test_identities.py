@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from sandbox.closed_form import CLOSED_FORMS
-from sandbox.closed_form.linear import times, transpose
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution
+from sandbox.stacked import times, transpose
 from sandbox.tolerances import UNIT
 from sandbox.weight import Weight
 
