@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -314,7 +315,8 @@ def export(
 
 
 def main() -> None:
-    """Run the command; a wrong input is one line and exit status 2, Ctrl-C exits with 130."""
+    """Run the command; a wrong input is one line and exit status 2, Ctrl-C and a polite kill exit with 130."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = app(standalone_mode=False)
     except SandboxError as error:

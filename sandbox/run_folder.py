@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -37,7 +39,16 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
         if `out` holds anything, unless that is a run and `overwrite` says to replace it.
     """
     out = Path(out)
-    _make_room(out, overwrite)
+    _refuse_foreign(out, overwrite)
+    out.mkdir(parents=True, exist_ok=True)
+    with _locked(out):
+        for kind in KINDS:  # only the parts of a run of our own are ever removed
+            for part in (out / kind).glob("*.parquet"):
+                part.unlink()
+        return _carry_out(plan, out, command, progress)
+
+
+def _carry_out(plan: Plan, out: Path, command: str, progress: Progress) -> dict[str, Any]:
     started = datetime.now(UTC)
     content = _describe(plan, command, started)
 
@@ -61,19 +72,32 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
     return content
 
 
-def _make_room(out: Path, overwrite: bool) -> None:
-    """An empty folder `out`; only the parts of a run of our own are ever removed."""
+def _refuse_foreign(out: Path, overwrite: bool) -> None:
+    """Let `out` be a new or empty folder, or a run that may be replaced."""
     if out.exists() and not out.is_dir():
         raise InputFileError(f"{out} is a file; --out names a folder")
     if not out.exists() or not any(out.iterdir()):
         return
-    if not (out / "run.json").is_file() or read_run(out).get("format") != FORMAT:
+    if not (out / "run.json").is_file():
         raise InputFileError(f"{out} holds files that are no run; name another folder with --out")
+    read_run(out)
     if not overwrite:
         raise InputFileError(f"{out} holds a run; name another folder with --out, or replace it with --overwrite")
-    for kind in KINDS:
-        for part in (out / kind).glob("*.parquet"):
-            part.unlink()
+
+
+@contextmanager
+def _locked(out: Path) -> Iterator[None]:
+    """The folder for this run alone."""
+    lock = out / ".lock"
+    with lock.open("w") as handle:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputFileError(f"{out} is being written by another run; name another folder with --out") from None
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
 
 
 def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from sandbox.backends.backend import Answer, Engine
 from sandbox.solution import Status
 
 SEGFAULT, HANG, SHOUT, GARBAGE, RAISE, EXIT, EAT, SHORT = 101.0, 102.0, 103.0, 104.0, 105.0, 106.0, 107.0, 108.0
+STUCK, LIE = 109.0, 110.0
 
 
 def solve(H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray) -> Answer:
@@ -38,6 +39,10 @@ def solve(H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray) -> Answer:
         return Answer(eaten[:n], None, Status.SOLVED, "fed", 1, 0.0, 0.0)
     if g[0] == SHORT:
         return Answer(np.zeros(n - 1), np.zeros(p), Status.SOLVED, "forgot one", 1, 0.0, 0.0)
+    if g[0] == STUCK:
+        ctypes.PyDLL(None).sleep(60)  # in C, holding the interpreter's lock
+    if g[0] == LIE:
+        return Answer(np.array(["a"] * n), np.full(p, 1j), Status.SOLVED, "\udcff", 10**12, 0.0, 0.0)  # type: ignore[arg-type]
     K = np.block([[H, A.T], [A, np.zeros((p, p))]])
     z = np.linalg.solve(K, np.concatenate([-g, b]))
     return Answer(z[:n], z[n:], Status.SOLVED, "solved", 1, 1e-6, 1e-6)

@@ -22,7 +22,7 @@ from sandbox import baseline, records
 from sandbox.backends import BACKENDS
 from sandbox.backends.backend import Backend, Promise
 from sandbox.campaign import Agenda
-from sandbox.errors import UnknownNameError
+from sandbox.errors import InputFileError, UnknownNameError
 from sandbox.plan import chosen
 from sandbox.problem_set import problem_ids
 from sandbox.run_folder import carry_out
@@ -179,6 +179,32 @@ def test_agenda_never_runs_a_library_twice_at_once() -> None:
     assert {one[0], two[0]} == {"a", "b"}
     given = [one, two, *(first if one[0] == "a" else second)]
     assert sorted(given) == [("a", "1"), ("a", "2"), ("a", "3"), ("b", "1")]
+
+
+def test_overflow_in_posing_is_the_members_own() -> None:
+    """A problem whose QP overflows float64 is refused by that formulation; its neighbours are answered."""
+    J = np.ones((2, 1, 2))
+    W = np.broadcast_to(np.eye(2), (2, 2, 2)).copy()
+    J[1] *= 1e-148
+    W[1] *= 1e147
+    table = sandbox.cross_validate(sandbox.VelocityProblem(J=J, xdot=J[:, :, 0], W=W), ["numpy"]).to_pylist()
+    told = {(row["formulation"], row["step"]): (row["status"], row["verdict"]) for row in table}
+    assert told["augmented_lagrangian", 0] == ("solved", "verified")
+    assert told["augmented_lagrangian", 1][0] == "failed"
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
+    """A folder that is being written is refused, and left as it was."""
+    out = tmp_path / "r"
+    plan = chosen([sets.load("textbook")], ["closed_form:eq6"], None)
+
+    def second(phase: str, done: int, total: int) -> None:
+        with pytest.raises(InputFileError, match="being written by another run"):
+            carry_out(plan, out, command="second", overwrite=True)
+
+    carry_out(plan, out, command="first", progress=second)
+    assert records.read_run(out)["command"] == "first"
+    assert records.read_table(out, "records").num_rows > 50
 
 
 def test_an_interrupted_run_keeps_what_was_done(tmp_path: Path) -> None:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import threading
+import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,6 +97,61 @@ def test_garbage_is_kept_as_given(workers: Workers) -> None:
     answers = workers.solve("unruly", stack(unruly_.GARBAGE, unruly_.SHORT), time_limit=5)
     assert names(answers) == ["SOLVED", "SOLVED"]
     assert np.isnan(answers.x).all()
+
+
+def test_lies_about_types_cost_nothing_else(workers: Workers) -> None:
+    """Text for numbers, complex multipliers, absurd counts and broken text are kept as nothing, and can be stored."""
+    answers = workers.solve("unruly", stack(unruly_.LIE, 0.0), time_limit=5)
+    assert names(answers) == ["SOLVED", "SOLVED"]
+    assert np.isnan(answers.x[0]).all() and np.isnan(answers.y[0]).all() and answers.iterations[0] is None
+    assert answers.said[0].encode("utf-8")
+
+
+def test_a_stuck_solver_is_stopped_at_once(workers: Workers) -> None:
+    """A request to stop reaches a process that is deep in C, and keeps what was answered before."""
+    stopped = threading.Event()
+    with Workers(stopped) as mine:
+        threading.Timer(1.0, stopped.set).start()
+        began = time.monotonic()
+        answers = mine.solve("unruly", stack(0.0, unruly_.STUCK, 0.0), time_limit=50)
+        assert time.monotonic() - began < 5
+    assert names(answers)[1:] == ["NOT_RUN", "NOT_RUN"] and answers.said[2] == "interrupted"
+
+
+ORPHAN = """
+import sys
+from sandbox.backends import BACKENDS
+from sandbox.worker import Workers
+from tests.sandbox.test_worker import SILENT, Backend, stack, unruly_
+BACKENDS["unruly"] = Backend("unruly", "unruly", "good", "none", "none", SILENT, package="tests.fakes")
+with Workers() as workers:
+    workers.solve("unruly", stack(0.0))
+    print(workers._processes["unruly"].child.pid, flush=True)
+    workers.solve("unruly", stack(unruly_.STUCK), time_limit=50)
+"""
+
+
+def test_no_solver_outlives_its_parent() -> None:
+    """Kill -9 of the parent ends a solver process that is stuck in C with the interpreter's lock held."""
+    parent = subprocess.Popen([sys.executable, "-c", ORPHAN], stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2])
+    assert parent.stdout is not None
+    child = int(parent.stdout.readline())
+    time.sleep(1)
+    os.kill(child, 0)  # it lives
+    parent.kill()
+    parent.communicate()
+    deadline = time.monotonic() + 5
+    while _alive(child) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not _alive(child)
+
+
+def _alive(pid: int) -> bool:
+    """Whether a process runs; one that has ended and waits for init to notice does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z" if Path("/proc/self").exists() else not os.kill(pid, 0)
+    except OSError:
+        return False
 
 
 def test_patience_ends(workers: Workers) -> None:
