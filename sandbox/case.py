@@ -14,12 +14,14 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from sandbox.check import line
 from sandbox.errors import InputFileError, UnknownNameError
 from sandbox.problem import VelocityProblem
 from sandbox.problem_set import LABELS, problem_ids
 from sandbox.records import PROBLEMS, RECORDS, TRUTH, read_part, read_run, read_table
 from sandbox.reference.truth import REASONS, Truth, truth
 from sandbox.solution import Status
+from sandbox.task import TASKS
 from sandbox.weight import Weight
 
 Array = np.ndarray
@@ -84,13 +86,26 @@ def read_case(run: Path, problem: str) -> Case:
     read_run(run)
     ids = list(dict.fromkeys(read_table(run, "problems", ["problem"])["problem"].to_pylist()))
     id = _resolved(run, ids, problem)
-    row = _rows(run, "problems", id)[0]
-    rebuilt = _problem(row)
+    row, answers = _rows(run, "problems", id)[0], _rows(run, "records", id)
+    tasks = dict.fromkeys(right["task"] for right in _rows(run, "truth", id))
+    _known(run, id, "task", tasks, TASKS)
+    _known(run, id, "status", [answer["status"] for answer in answers], [status.name.lower() for status in Status])
+    try:
+        rebuilt = _problem(row)
+    except (ValueError, TypeError) as error:  # a field is missing, or of another length
+        raise InputFileError(f"{run}/problems: problem {id} is damaged: {line(error)}") from error
     if problem_ids(rebuilt) != [id]:
         raise InputFileError(f"{run}/problems: the numbers of problem {id} do not have this content hash; they were changed")
-    truths = {task: _truth(rebuilt, task) for task in dict.fromkeys(r["task"] for r in _rows(run, "truth", id))}
+    truths = {task: _truth(rebuilt, task) for task in tasks}
     labels = {name: row[name] for name in LABELS if row[name] is not None}
-    return Case(run, id, row["set"], labels, rebuilt, truths, _rows(run, "records", id))
+    return Case(run, id, row["set"], labels, rebuilt, truths, answers)
+
+
+def _known(run: Path, id: str, column: str, values: Iterable[Any], names: Sequence[str]) -> None:
+    """Refuse a value of `column` that is none of `names`."""
+    for value in values:
+        if value not in names:
+            raise InputFileError(f"{run}: problem {id} has a {column} {line(repr(value))}; there are: {', '.join(names)}")
 
 
 def _resolved(run: Path, ids: Sequence[str], name: str) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numbers
+import reprlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +13,25 @@ from sandbox.errors import AsymmetricWeightError, NonFiniteError, RangeError, Sh
 from sandbox.tolerances import LARGEST_ENTRY, SMALLEST_ENTRY, SYMMETRY
 
 Array = np.ndarray
+
+MOST_AXES = 32
+"""Axes of a field: numpy broadcasts no more."""
+
+SHOWN = 200
+"""Letters of somebody else's message that are passed on."""
+
+
+def line(words: object) -> str:
+    """`words` on one short line, for a message: what does not print is escaped."""
+    told = " ".join(str(words).split())
+    told = told if told.isprintable() else repr(told)
+    return told if len(told) <= SHOWN else told[:SHOWN] + "..."
+
+
+def named(path: object) -> str:
+    """The name of a file on one line, whole; quoted where it holds what does not print."""
+    name = str(path)
+    return name if name.isprintable() else repr(name)
 
 
 def frozen(values: Any) -> Array:
@@ -26,34 +47,65 @@ def _place(mask: Array) -> tuple[int, ...]:
     return tuple(int(i) for i in np.argwhere(mask)[0])
 
 
+def _entry(field: str, at: tuple[int, ...]) -> str:
+    return f"{field}{list(at)}" if at else field
+
+
 def real(values: Any, field: str) -> Array:
     """`values` as float64: numeric, finite, within the range in which products are safe."""
+    if np.ma.is_masked(values):
+        at = _place(np.ma.getmaskarray(values))
+        raise NonFiniteError(f"{_entry(field, at)} is masked; every entry must be given", field=field, index=at)
     try:
-        array = np.asarray(values)
+        given = np.asarray(values)
     except ValueError as error:  # ragged nesting
-        raise ShapeError(f"{field} is no rectangular array: {error}", field=field) from error
-    if array.dtype.kind not in "fiu":
-        shown = np.array2string(array.ravel()[:3], threshold=3)
-        raise ShapeError(f"{field} must hold real numbers, not {array.dtype} ({shown}...)", field=field)
-    array = array.astype(np.float64)
-    bad = ~np.isfinite(array)
+        raise ShapeError(f"{field} is no rectangular array: {line(error)}", field=field) from error
+    if given.ndim > MOST_AXES:
+        raise ShapeError(f"{field} has {given.ndim} axes; at most {MOST_AXES} are possible", field=field)
+    if given.dtype.kind == "O":
+        given = _floats(given, field)
+    if given.dtype.kind not in "fiu":
+        shown = f" ({line(reprlib.repr(given.item(0)))}, ...)" if given.size else ""
+        raise ShapeError(f"{field} must hold real numbers, not {line(given.dtype)}{shown}", field=field)
+    bad = ~np.isfinite(given)
     if bad.any():
         at = _place(bad)
         raise NonFiniteError(
-            f"{field}{list(at)} is {array[at]}; every entry must be finite", field=field, index=at, value=float(array[at])
+            f"{_entry(field, at)} is {given[at]}; every entry must be finite", field=field, index=at, value=float(given[at])
         )
+    with np.errstate(over="ignore", under="ignore"):  # of wider floats; the range is checked next
+        array = given.astype(np.float64)
     size = np.abs(array)
-    bad = (size > LARGEST_ENTRY) | ((size < SMALLEST_ENTRY) & (size > 0))
+    bad = (size > LARGEST_ENTRY) | ((size < SMALLEST_ENTRY) & (given != 0))
     if bad.any():
         at = _place(bad)
-        raise RangeError(
-            f"{field}{list(at)} is {array[at]:.17g}; nonzero magnitudes must lie between {SMALLEST_ENTRY:g} and "
-            f"{LARGEST_ENTRY:g}: choose other units",
-            field=field,
-            index=at,
-            value=float(array[at]),
-        )
+        raise _out_of_range(field, at, str(given[at]), float(array[at]))
     return array
+
+
+def _floats(objects: Array, field: str) -> Array:
+    """Python's own numbers as float64; integers beyond 64 bits come as objects."""
+    array = np.empty(objects.shape)
+    for at in np.ndindex(objects.shape):
+        entry = objects[at]
+        if isinstance(entry, bool) or not isinstance(entry, numbers.Real):
+            told = line(reprlib.repr(entry))
+            raise ShapeError(f"{field} must hold real numbers, but {_entry(field, at)} is {told}", field=field, index=at)
+        try:
+            array[at] = float(entry)
+        except OverflowError:
+            raise _out_of_range(field, at, "beyond all floats", np.inf if entry > 0 else -np.inf) from None
+    return array
+
+
+def _out_of_range(field: str, at: tuple[int, ...], told: str, value: float) -> RangeError:
+    return RangeError(
+        f"{_entry(field, at)} is {told}; nonzero magnitudes must lie between {SMALLEST_ENTRY:g} and "
+        f"{LARGEST_ENTRY:g}: choose other units",
+        field=field,
+        index=at,
+        value=value,
+    )
 
 
 def matrices(values: Any, field: str) -> Array:

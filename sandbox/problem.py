@@ -119,6 +119,9 @@ class VelocityProblem:
             None if self.Wx is None else self.Wx.reshape(*flat, self.m, self.m),
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._of, (self.J, self.xdot, self.W, self.a, self.Wx)  # copies are read-only too
+
     @classmethod
     def _of(cls, J: Array, xdot: Array, W: Weight, a: Array, Wx: Array | None) -> VelocityProblem:
         """Parts of a checked problem: not checked again."""
@@ -128,7 +131,9 @@ class VelocityProblem:
 
 
 def given(problem: object) -> VelocityProblem:
-    """`problem` if it is one; ShapeError, which says how to make one, if it is anything else."""
+    """`problem` if it is one; ShapeError if it is anything else, which says how to make one, or an empty stack."""
     if not isinstance(problem, VelocityProblem):
         raise ShapeError(f"expected a VelocityProblem, not {type(problem).__name__}: VelocityProblem(J=..., xdot=..., W=...)")
+    if 0 in problem.lead:
+        raise ShapeError(f"the problem is an empty stack, with leading axes {problem.lead}; give at least one")
     return problem

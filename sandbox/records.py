@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sandbox.check import line, named
 from sandbox.errors import InputFileError
+
+FORMAT = 1
+"""Of run.json; a folder of another format is neither read nor touched."""
 
 _vector = pa.list_(pa.float64())
 _name = pa.dictionary(pa.int32(), pa.string())
@@ -130,59 +135,59 @@ def write_json(content: dict[str, Any], path: Path) -> None:
         Path(temporary).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
-class _atomic:
-    """A temporary file beside `path` that replaces it on success and vanishes on failure."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __enter__(self) -> str:
-        handle, self.temporary = tempfile.mkstemp(dir=self.path.parent, prefix=f".{self.path.name}.")
+@contextmanager
+def _atomic(path: Path) -> Iterator[str]:
+    """A temporary file beside `path` that replaces it on success and vanishes on failure; errors name `path`."""
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         os.close(handle)
-        return self.temporary
-
-    def __exit__(self, kind: Any, error: Any, trace: Any) -> None:
-        if kind is None:
-            with open(self.temporary, "rb") as handle:
-                os.fsync(handle.fileno())
-            # mkstemp makes private files: give this one the mode that any other new file would have
-            mask = os.umask(0)
-            os.umask(mask)
-            os.chmod(self.temporary, 0o666 & ~mask)
-            os.replace(self.temporary, self.path)
-        else:
-            os.unlink(self.temporary)
+        yield temporary
+        with open(temporary, "rb") as written:
+            os.fsync(written.fileno())
+        # mkstemp makes private files: give this one the mode that any other new file would have
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise OSError(error.errno or 0, error.strerror or line(error), str(path)) from error
+    finally:
+        with suppress(OSError):  # replaced, or already gone; the first error is the one to tell
+            os.unlink(temporary)
 
 
 def read_run(run: Path) -> dict[str, Any]:
     """run.json of a run folder.
 
-    Raises InputFileError where `run` is no run folder.
+    Raises InputFileError where `run` is no run folder, or one of another format.
     """
     path = Path(run) / "run.json"
     if not path.is_file():
-        raise InputFileError(f"{run} is no run folder: it has no run.json; `sandbox run` and `sandbox verify` make one")
+        raise InputFileError(f"{named(run)} is no run folder: it has no run.json; `sandbox run` and `sandbox verify` make one")
     try:
-        content: dict[str, Any] = json.loads(path.read_text())
-    except (ValueError, UnicodeDecodeError) as error:
-        raise InputFileError(f"{path} is no JSON: {error}") from error
+        content = json.loads(path.read_text())
+    except (ValueError, RecursionError) as error:
+        raise InputFileError(f"{named(path)} is no JSON: {line(error)}") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise InputFileError(f"{named(path)} is not of format {FORMAT}: it was written by another version, or by hand")
     return content
 
 
 def read_part(path: Path, schema: pa.Schema, columns: list[str] | None = None) -> pa.Table:
-    """One Parquet file as a table of `schema`.
+    """One Parquet file as a table of `schema`, or of `columns` of it; what else it holds is left alone.
 
-    Raises InputFileError where the file is no Parquet or lacks a column.
+    Raises InputFileError where the file is no Parquet, lacks a column, or holds another type in one.
     """
+    wanted = columns or schema.names
     try:
         present = pq.read_schema(path).names
-        missing = [name for name in (columns or schema.names) if name not in present]
-        if missing:
-            raise InputFileError(f"{path} lacks the column {missing[0]!r}; it is no file of this kind")
-        table = pq.read_table(path, columns=columns)
-    except (pa.ArrowInvalid, OSError) as error:
-        raise InputFileError(f"{path} is no Parquet file: {str(error).splitlines()[0]}") from error
-    return table.cast(pa.schema([schema.field(name) for name in table.column_names]))
+        missing = [name for name in wanted if name not in present]
+        if not missing:
+            return pq.read_table(path, columns=wanted).select(wanted).cast(pa.schema([schema.field(name) for name in wanted]))
+    except (pa.ArrowException, OSError, KeyError) as error:  # KeyError: a column twice
+        raise InputFileError(f"{named(path)} is no Parquet file of this kind: {line(error)}") from error
+    raise InputFileError(f"{named(path)} lacks the column {missing[0]!r}; it is no file of this kind")
 
 
 def read_table(run: Path, kind: str, columns: list[str] | None = None) -> pa.Table:

@@ -22,12 +22,9 @@ from sandbox.closed_form import CLOSED_FORMS
 from sandbox.errors import InputFileError
 from sandbox.formulation import FORMULATIONS
 from sandbox.plan import RUNNABLE
-from sandbox.records import read_run, read_table, write_json, write_parquet
+from sandbox.records import FORMAT, read_run, read_table, write_json, write_parquet
 
 KINDS = ("problems", "truth", "records")
-
-FORMAT = 1
-"""Of run.json; a folder of another format is not touched."""
 
 
 def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet, overwrite: bool = False) -> dict[str, Any]:

@@ -126,6 +126,9 @@ class Weight:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.dense(), dtype=dtype)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._trusted, (self.base, self.E, self.gamma)  # copies are read-only too
+
     @classmethod
     def _trusted(cls, base: Array, E: Array | None, gamma: Array | None) -> Weight:
         """Parts of a checked weight: not checked again."""
