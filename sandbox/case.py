@@ -111,6 +111,8 @@ def _known(run: Path, id: str, column: str, values: Iterable[Any], names: Sequen
 def _resolved(run: Path, ids: Sequence[str], name: str) -> str:
     if not ids:
         raise InputFileError(f"{run}/problems holds no problem")
+    if None in ids:
+        raise InputFileError(f"{run}/problems holds a problem without an id")
     fitting = [id for id in ids if id.startswith(name)]
     if name in ids or len(fitting) == 1:
         return name if name in ids else fitting[0]

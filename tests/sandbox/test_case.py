@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -92,21 +95,60 @@ def test_no_run_folder_is_refused(tmp_path: Path) -> None:
     """A folder without run.json is no run, one without problems has no case."""
     with pytest.raises(InputFileError, match="no run folder"):
         read_case(tmp_path, "0")
-    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "run.json").write_text('{"format": 1}')
     with pytest.raises(InputFileError, match="holds no problem"):
         read_case(tmp_path, "0")
 
 
 def test_changed_numbers_are_noticed(run: Path, case: Case, tmp_path: Path) -> None:
     """Numbers that do not have the content hash of their id are refused."""
-    (tmp_path / "run.json").write_text("{}")
-    table = read_table(run, "problems")
+    damage(run, case.id, "problems", lambda row: row["xdot"].__setitem__(0, row["xdot"][0] + 2.0**-20), tmp_path)
+    with pytest.raises(InputFileError, match="content hash"):
+        read_case(tmp_path, case.id)
+
+
+def damage(run: Path, id: str, kind: str, change: Callable[[dict[str, Any]], None], folder: Path) -> None:
+    """A copy of `run` in `folder` in which the rows of problem `id` in one kind of file are changed."""
+    shutil.copytree(run, folder, dirs_exist_ok=True)
+    shutil.rmtree(folder / kind)
+    (folder / kind).mkdir()
+    table = read_table(run, kind)
     rows = table.to_pylist()
     for row in rows:
-        row["xdot"][0] += 2.0**-20
-    (tmp_path / "problems").mkdir()
-    pq.write_table(pa.Table.from_pylist(rows, schema=table.schema), tmp_path / "problems" / "changed.parquet")
-    with pytest.raises(InputFileError, match="content hash"):
+        if row["problem"] == id:
+            change(row)
+    pq.write_table(pa.Table.from_pylist(rows, schema=table.schema), folder / kind / "changed.parquet")
+
+
+DAMAGE: dict[str, tuple[str, dict[str, Any], str]] = {
+    "short J": ("problems", {"J": [1.0, 2.0]}, "is damaged: cannot reshape"),
+    "no J": ("problems", {"J": None}, "is damaged: J must hold real numbers, but J is None"),
+    "null in J": ("problems", {"J": [1.0, None, 1, 1, 1, 1]}, r"is damaged: J must hold real numbers, but J\[0, 1\] is None"),
+    "NaN": ("problems", {"xdot": [float("nan"), 1.0]}, r"is damaged: xdot\[0\] is nan"),
+    "no size": ("problems", {"m": None}, "is damaged: "),
+    "half a factor": ("problems", {"k": 1, "W_gamma": [1.0]}, "is damaged: W_gamma is given without W_E"),
+    "a task that is none": ("truth", {"task": "best"}, "has a task 'best'; there are: exact"),
+    "no task": ("truth", {"task": None}, "has a task None"),
+    "a status that is none": ("records", {"status": "happy"}, "has a status 'happy'; there are: solved"),
+    "no status": ("records", {"status": None}, "has a status None"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_is_told_with_run_and_problem(name: str, run: Path, case: Case, tmp_path: Path) -> None:
+    """A row that cannot be what was kept is an InputFileError that names the run and the problem."""
+    kind, change, words = DAMAGE[name]
+    damage(run, case.id, kind, lambda row: row.update(change), tmp_path)
+    with pytest.raises(InputFileError, match=words) as caught:
+        read_case(tmp_path, case.id)
+    assert str(caught.value).startswith(str(tmp_path)) and case.id in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_problem_without_id_is_told(run: Path, case: Case, tmp_path: Path) -> None:
+    """A null in the column of ids is damage, not a crash."""
+    damage(run, case.id, "problems", lambda row: row.update(problem=None), tmp_path)
+    with pytest.raises(InputFileError, match="holds a problem without an id"):
         read_case(tmp_path, case.id)
 
 
