@@ -6,7 +6,7 @@ The rules stand once, in `decide`; `VERDICT_TABLE` holds its value in every cell
 |---|---|
 | not_run, crashed, timed_out | with the reason |
 | false_success | said solved, and: the answer is not finite; or there is nothing to solve; or it is wrong beyond excuse |
-| verified | said solved, a minimum exists: the answer is within its tolerance |
+| verified | said solved, a minimum exists: within its tolerance, and right to a share (1e-3; default: 2e-2) of its own size |
 | undecidable | the margin is within rounding or the solver's tolerance: a refusal, or an answer that meets its own conditions |
 | inaccurate | said solved, otherwise |
 | limit | ran out of iterations |
