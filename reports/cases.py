@@ -20,9 +20,10 @@ EACH = 200
 JUDGED = "(judged)"
 """The filter on settings that passes what is compared by verdict: the judged level, and closed forms."""
 
+COMPLETE = 2
+"""Problems embedded with all their answers, each of another set."""
+
 SEED = 20250101
-_FAILURES = 0.52  # share of the cases that failures may take
-_COMPLETE = 10  # problems with all their answers
 
 _EXACT = ("error", "tolerance")
 _ROUNDED = (
@@ -42,16 +43,16 @@ _ARRAYS = ("J", "xdot", "W_base", "W_E", "W_gamma", "a", "Wx")
 def choose(run: RunData, most: int = MOST, each: int = EACH) -> int:
     """Fill the table `chosen` with the ids of at most `most` records and return how many there are.
 
-    In this order: the worst of each count of the matrix, so that every count opens a case; all records of one problem of
-    each set, so that answers stand side by side; the worst of what stands apart in each cell; failures, backends taking
-    turns, up to `each` a backend; the second to fourth of each count; a sample. Ties are broken by a seeded hash of the
+    In this order: the worst of each count of the matrix, so that every count opens a case; all records of a few problems,
+    so that answers stand side by side; failures, backends taking turns, up to `each` a backend; the worst of what stands
+    apart in each cell; the second to twentieth of each count; a sample. Ties are broken by a seeded hash of the
     problem, the same for all backends, so that the cases share problems.
     """
     run.connection.execute(
         f"""create or replace table chosen as
         with drawn as (select *, md5(problem || '{SEED}') as draw from records),
         complete as (
-          select arg_min(problem, draw) as problem from drawn group by set order by min(draw) limit {_COMPLETE}),
+          select arg_min(problem, draw) as problem from drawn group by set order by min(draw) limit {COMPLETE}),
         placed as (
           select *, judged and apart is null and verdict in {LISTED} as failed,
             row_number() over (partition by judged, task, expected, backend, formulation, coalesce(apart, verdict)
@@ -63,12 +64,11 @@ def choose(run: RunData, most: int = MOST, each: int = EACH) -> int:
           select id, draw, place, turn, case
             when judged and place = 1 and apart is null then 0
             when problem in (from complete) then 1
-            when judged and place = 1 then 2
-            when failed and turn <= {each} and row_number() over (partition by failed order by turn, draw, id)
-              <= {int(most * _FAILURES)} then 3
-            when judged and place <= 4 then 4 else 5 end as tier from turns)
+            when failed and turn <= {each} then 2
+            when judged and place = 1 then 3
+            when judged and place <= 20 then 4 else 5 end as tier from turns)
         select id from tiers
-        order by tier, case tier when 3 then turn when 4 then place end, draw, id limit {most}"""
+        order by tier, case tier when 2 then turn when 4 then place end, draw, id limit {most}"""
     )
     return int(run.one("select count(*) from chosen"))
 

@@ -172,12 +172,12 @@ def test_every_count_of_the_matrix_has_its_worst_case(run: RunData) -> None:
 
 
 def test_some_problems_have_all_their_answers(run: RunData) -> None:
-    """One problem of each set stands with all its answers side by side."""
+    """A few problems, of different sets, stand with all their answers side by side."""
     cases.choose(run)
     whole = run.rows(
         """select problem, any_value(set) as set from records group by problem having bool_and(id in (from chosen))"""
     )
-    assert len({row["set"] for row in whole}) == run.one("select count(distinct set) from records")
+    assert len({row["set"] for row in whole}) >= cases.COMPLETE
 
 
 def test_totals_count_every_record_once(run: RunData, report: Report) -> None:
