@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import floor, inf, log2
 from typing import Any
 
-from reports.run_data import CLOSED, RunData
+from reports.run_data import RunData
 from reports.words import EXPECTED, FORMULATIONS, TASKS, VERDICTS
+from sandbox.records import CLOSED_FORM
 
 Row = dict[str, Any]
 
@@ -84,7 +85,7 @@ def counts(run: RunData) -> Row:
 def backend_order(run: RunData) -> list[str]:
     """Backends as run.json lists them, then closed forms, then whatever else the records name."""
     names = [row["name"] for row in run.about.get("backends", [])]
-    closed = [CLOSED + row["name"] for row in run.about.get("closed_forms", [])]
+    closed = [CLOSED_FORM + row["name"] for row in run.about.get("closed_forms", [])]
     seen = [row["backend"] for row in run.rows("select distinct backend from records order by 1")]
     known = closed + names
     return [name for name in known if name in set(seen)] + [name for name in seen if name not in set(known)]

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from reports import aggregate
 from reports.page import plural
-from reports.run_data import CLOSED, RunData
+from reports.run_data import RunData
+from sandbox.records import CLOSED_FORM
 
 
 class Finding(NamedTuple):
@@ -36,7 +37,7 @@ def findings(run: RunData, indefinite: list[aggregate.Row], closed: list[aggrega
 
 
 def _names(names: list[str], most: int = 8) -> str:
-    shown = [name.removeprefix(CLOSED) for name in names[:most]]
+    shown = [name.removeprefix(CLOSED_FORM) for name in names[:most]]
     rest = len(names) - len(shown)
     return ", ".join(shown) + (f" and {rest} more" if rest else "")
 
@@ -71,7 +72,7 @@ def _false_successes(run: RunData) -> Finding | None:
 
 
 def _indefinite(rows: list[aggregate.Row]) -> list[Finding]:
-    depths = {name: depth for name, depth in aggregate.depths(rows).items() if not name.startswith(CLOSED)}
+    depths = {name: depth for name, depth in aggregate.depths(rows).items() if not name.startswith(CLOSED_FORM)}
     if not depths:
         return []
     seen = {
@@ -163,7 +164,7 @@ def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
     if unbounded:
         details.append(f"{plural(unbounded, 'answer')} more came with no finite bound.")
     if false:
-        listed = ", ".join(f"{name.removeprefix(CLOSED)} {n:,}" for name, n in false.items())
+        listed = ", ".join(f"{name.removeprefix(CLOSED_FORM)} {n:,}" for name, n in false.items())
         details.append(f"{plural(sum(false.values()), 'false success', 'false successes')} among them: {listed}.")
     return Finding(
         f"{within:,} of {scored:,}",

@@ -8,10 +8,7 @@ from typing import Any
 import duckdb
 import pyarrow as pa
 
-from sandbox.records import PROBLEMS, RECORDS, TRUTH, read_part, read_run
-
-CLOSED = "closed_form:"
-"""Backends with this prefix are closed forms."""
+from sandbox.records import CLOSED_FORM, PROBLEMS, RECORDS, TRUTH, read_part, read_run
 
 OWN = ("verified", "crashed", "timed_out", "not_run")
 """Verdicts that always count as the backend's: a success, a death and silence are nobody else's."""
@@ -50,7 +47,7 @@ class RunData:
         """The settings level at which backends are compared by verdict."""
         self.connection.execute(
             f"""create view records as select rowid::int as id, * replace (lower(status) as status),
-            starts_with(backend, '{CLOSED}') as closed, (settings is null or settings = '{self.settings}') as judged,
+            starts_with(backend, '{CLOSED_FORM}') as closed, (settings is null or settings = '{self.settings}') as judged,
             case {" ".join(f"when {condition} then '{name}'" for name, condition in APART.items())} end as apart from raw"""
         )
 

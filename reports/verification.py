@@ -9,9 +9,10 @@ from typing import Any
 
 from reports import aggregate, cases, page
 from reports.findings import findings
-from reports.run_data import APART, CLOSED, OWN, RunData
+from reports.run_data import APART, OWN, RunData
 from reports.words import EXPECTED, FORMULATIONS, PRECEDENCE, TASKS, VERDICTS
 from sandbox import tolerances
+from sandbox.records import CLOSED_FORM
 from sandbox.solution import STATUSES
 
 LARGEST = 2_950_000
@@ -77,7 +78,7 @@ def _tables(data: RunData) -> dict[str, Any]:
         "failures": aggregate.failures(data), "worst": aggregate.worst(data), "listed": aggregate.LISTED,
         "effective": aggregate.effective_settings(data), "order": aggregate.backend_order(data),
         "verdicts": VERDICTS, "expected": EXPECTED, "tasks": TASKS, "precedence": PRECEDENCE, "holds": aggregate.HOLDS,
-        "few": aggregate.FEW, "prefix": CLOSED, "judged": cases.JUDGED, "held": "(none)", "each": cases.EACH,
+        "few": aggregate.FEW, "prefix": CLOSED_FORM, "judged": cases.JUDGED, "held": "(none)", "each": cases.EACH,
         "shapes": {
             row["name"]: [f"{m}×{n}" for m, n in sorted({(m, n) for m, n, _ in row["groups"]})]
             for row in data.about.get("sets", [])
@@ -102,14 +103,14 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
     curves = {
         "distributions": context["distributions"], "over_lambda": context["over_lambda"], "over_sigma": context["over_sigma"],
         "ratios": [{key: row[key] for key in ("backend", "task", "scored", "ratios")} for row in context["closed"]],
-        "order": context["order"], "formulations": FORMULATIONS, "judged": data.settings, "closed": CLOSED,
+        "order": context["order"], "formulations": FORMULATIONS, "judged": data.settings, "closed": CLOSED_FORM,
     }  # fmt: skip
     lost, beyond = APART["formulation"], APART["float64"]
     words = {
         "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
         "expected": {name: words for name, (words, _) in EXPECTED.items()},
         "statuses": {status.name.lower(): status.sentence for status in STATUSES},
-        "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED,
+        "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED_FORM,
         "judged": [cases.JUDGED, data.settings],
         "own": OWN,
         "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},

@@ -8,7 +8,7 @@ import duckdb
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sandbox.records import read_part, read_table, write_parquet
+from sandbox.records import CLOSED_FORM, read_part, read_table, write_parquet
 
 FILE = Path(__file__).parent / "baseline.parquet"
 """Written by `sandbox verify --accept`."""
@@ -22,8 +22,6 @@ SCHEMA = pa.schema([("problem", _name)] + [(name, _name) for name in KEYS[1:]])
 
 FALLEN = ("false_success", "crashed")
 """A verified answer that becomes one of these has fallen."""
-
-CLOSED_FORM = "closed_form:"
 
 
 def accept(run: Path, file: Path = FILE) -> int:

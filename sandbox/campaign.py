@@ -23,6 +23,7 @@ from sandbox.formulation import FORMULATIONS, Posed
 from sandbox.judgement import Allowance, judge
 from sandbox.preparation import Work, prepare
 from sandbox.problem_set import ProblemSet
+from sandbox.records import CLOSED_FORM
 from sandbox.solution import CODE, Status
 from sandbox.tolerances import UNIT
 from sandbox.verdict import VERDICTS
@@ -318,7 +319,7 @@ def _closed_form_records(name: str, work: Work, run_id: str | None) -> pa.Table:
     if form.domain == POSITIVE_WEIGHT:
         promised &= yardstick.lambda_min_W > UNIT * yardstick.norm_W
     judged = judge(yardstick, solution.x, solution.y, codes, Allowance.of_closed_form(bound), promised)
-    more = {"backend": f"closed_form:{name}", "solve_time": each, "runtime": each, "run": run_id}
+    more = {"backend": f"{CLOSED_FORM}{name}", "solve_time": each, "runtime": each, "run": run_id}
     rows = np.arange(len(problem))
     return record_table(work, form.task, rows, judged, solution.x, solution.y, codes, list(solution.said), more)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from sandbox.solution import CODE, STATUSES, Status
+from sandbox.stacked import times, transpose
 from sandbox.task import task_weight
 from sandbox.tolerances import (
     CONDITION_SEVEN,
@@ -106,11 +107,11 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
     # residuals of the answer in the problem's own units, and the rounding they cannot go below
     x = np.where(finite[:, None], qdot, np.nan)
     gradient = view.gradient(x)
-    multiplied = (np.swapaxes(problem.J, -1, -2) @ y[..., None])[..., 0]
+    multiplied = times(transpose(problem.J), y)
     primal_terms = _primal_terms(yardstick, x)
     if view.task == "damped":  # the slack joints fix the multipliers, given or not
         along = view.dual(x, -view.primal(x, np.zeros_like(y)))
-        along_terms = _absolute_product(np.swapaxes(problem.J, -1, -2), primal_terms)
+        along_terms = _absolute_product(transpose(problem.J), primal_terms)
     else:
         along, along_terms = _null_projection(problem.J, gradient, yardstick.rank), np.abs(gradient)
     dual = _largest(np.where(given[:, None], gradient + multiplied, along))
@@ -119,7 +120,7 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
         primal = np.where(given, primal, 0.0)
     dense = np.abs(problem.W.dense())
     dual_terms = view.scale * (_absolute_product(dense, x) + np.abs(problem.a)) + np.where(
-        given[:, None], _absolute_product(np.swapaxes(problem.J, -1, -2), y), along_terms
+        given[:, None], _absolute_product(transpose(problem.J), y), along_terms
     )
     rounding = FORWARD * (n + m) * UNIT
     primal_met = primal <= SOLVER_SLACK * allowance.eps_primal + rounding * _largest(primal_terms)
@@ -128,7 +129,7 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
 
     # distance to the exact minimisers, relative to what the data can move them by
     difference = np.where(yardstick.solvable[:, None], x - yardstick.x, np.nan)
-    free = (yardstick.freedom @ difference[..., None])[..., 0]
+    free = times(yardstick.freedom, difference)
     offset = difference - free
     size = np.where(yardstick.size > 0, yardstick.size, 1.0)
     error = _largest(offset) / size
@@ -140,7 +141,7 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
     )
 
     # multipliers by J'y, unique even where y is not; it moves with x along the freedom, where W is indefinite
-    true_multiplied = (np.swapaxes(problem.J, -1, -2) @ yardstick.y[..., None])[..., 0]
+    true_multiplied = times(transpose(problem.J), yardstick.y)
     true_multiplied = true_multiplied - view.scale * problem.W.times(free[..., None])[..., 0]
     multiplier_size = _largest(view.scale * (_absolute_product(dense, yardstick.x) + np.abs(problem.a)))
     multiplier_size = np.where(multiplier_size > 0, multiplier_size, 1.0)
@@ -177,8 +178,8 @@ def _judge(yardstick: Yardstick, qdot: Array, y: Array, status: Array, allowance
     reason_right = np.where((reason_right == 1) & convex & (status == CODE[Status.NONCONVEX]), 0, reason_right)
     gap = 0.5 * view.scale * np.sum(difference * problem.W.times(difference[..., None])[..., 0], axis=-1)
     if view.task == "damped":  # the slack joints move by -J dx
-        slack = (problem.J @ difference[..., None])[..., 0]
-        gap = gap + 0.5 * np.sum(slack * (task_weight(problem) @ slack[..., None])[..., 0], axis=-1)
+        slack = times(problem.J, difference)
+        gap = gap + 0.5 * np.sum(slack * times(task_weight(problem), slack), axis=-1)
     attainable = _attainable(yardstick, allowance, dense)
     return Judgement(
         verdict=code, found=finite, reason_right=reason_right, error=error, tolerance=tolerance,
@@ -192,8 +193,8 @@ def _null_projection(J: Array, gradient: Array, rank: Array) -> Array:
     """N N'(gradient): the dual residual that the best multipliers would leave (B, n)."""
     _, _, Vt = np.linalg.svd(J)
     keep = (np.arange(J.shape[-1]) >= rank[:, None])[..., None]
-    N = np.swapaxes(Vt, -1, -2) * np.swapaxes(keep, -1, -2)
-    projected: Array = (N @ (np.swapaxes(N, -1, -2) @ gradient[..., None]))[..., 0]
+    N = transpose(Vt) * transpose(keep)
+    projected: Array = (N @ (transpose(N) @ gradient[..., None]))[..., 0]
     return projected
 
 
@@ -204,7 +205,7 @@ def _primal_terms(yardstick: Yardstick, x: Array) -> Array:
     if task == "exact":
         return terms
     weighted = _absolute_product(task_weight(problem), terms)
-    return weighted if task == "damped" else _absolute_product(np.swapaxes(problem.J, -1, -2), weighted)
+    return weighted if task == "damped" else _absolute_product(transpose(problem.J), weighted)
 
 
 def _attainable(yardstick: Yardstick, allowance: Allowance, dense: Array) -> Array:
@@ -212,7 +213,7 @@ def _attainable(yardstick: Yardstick, allowance: Allowance, dense: Array) -> Arr
     view, problem = yardstick.view, yardstick.view.problem
     at_best_dual = UNIT * _largest(
         view.scale * (_absolute_product(dense, yardstick.x) + np.abs(problem.a))
-        + _absolute_product(np.swapaxes(problem.J, -1, -2), yardstick.y)
+        + _absolute_product(transpose(problem.J), yardstick.y)
     )
     at_best_primal = UNIT * _largest(_absolute_product(problem.J, yardstick.x) + np.abs(problem.xdot))
     reachable = (at_best_dual <= allowance.eps_dual) & (at_best_primal <= allowance.eps_primal)

@@ -11,9 +11,8 @@ from sandbox.closed_form import CLOSED_FORMS
 from sandbox.errors import EmptyPlanError, UnknownNameError
 from sandbox.formulation import FORMULATIONS
 from sandbox.problem_set import ProblemSet
+from sandbox.records import CLOSED_FORM
 from sandbox.tolerances import VERIFIED_RELATIVE
-
-CLOSED_FORM_PREFIX = "closed_form:"
 
 RUNNABLE = [name for name, row in BACKENDS.items() if row.expected == "runs"]
 """Backends that a run takes unless told otherwise: a row that is known to fail is named, not run."""
@@ -44,7 +43,7 @@ def chosen(
 
     Raises UnknownNameError where a name is not registered, EmptyPlanError where nothing would be run.
     """
-    forms = [f"{CLOSED_FORM_PREFIX}{name}" for name in CLOSED_FORMS]
+    forms = [f"{CLOSED_FORM}{name}" for name in CLOSED_FORMS]
     levels = known("settings level", settings, VERIFIED_RELATIVE)
     posed = known("formulation", formulations, FORMULATIONS)
     tasks = {task for one in sets for group in one.groups for task in group.tasks}
@@ -58,9 +57,9 @@ def chosen(
     wanted = known("backend", backends, [*(BACKENDS if backends else RUNNABLE), *forms])
     return Plan(
         sets=sets,
-        backends=[name for name in wanted if not name.startswith(CLOSED_FORM_PREFIX)],
+        backends=[name for name in wanted if not name.startswith(CLOSED_FORM)],
         levels=dict.fromkeys(levels, posed),
-        closed_forms=[name.removeprefix(CLOSED_FORM_PREFIX) for name in wanted if name.startswith(CLOSED_FORM_PREFIX)],
+        closed_forms=[name.removeprefix(CLOSED_FORM) for name in wanted if name.startswith(CLOSED_FORM)],
         jobs=jobs, time_limit=time_limit, sample_every=sample_every,
     )  # fmt: skip
 

@@ -16,7 +16,7 @@ from sandbox.problem_set import Group, ProblemSet
 from sandbox.reference.posed import PosedTruth, posed_truth
 from sandbox.reference.truth import Truth, truth
 from sandbox.spectrum import numerical_rank
-from sandbox.stacked import eigenvalues
+from sandbox.stacked import eigenvalues, times
 from sandbox.tolerances import CONDITION_SEVEN, DAMPING, UNIT
 from sandbox.verdict import EXPECTED
 from sandbox.yardstick import Yardstick
@@ -105,7 +105,7 @@ def _posed_work(
             sigma = np.linalg.svd(posed.qp.A, compute_uv=False)
             full_rank[posed.index] = numerical_rank(sigma, posed.qp.p, posed.qp.n) == posed.qp.p
     offset = qdot - yardstick.x
-    offset = offset - (yardstick.freedom @ offset[..., None])[..., 0]
+    offset = offset - times(yardstick.freedom, offset)
     size = np.where(yardstick.size > 0, yardstick.size, 1.0)
     differs = np.array(
         [e is not None and EXPECTED.index(e) != yardstick.expected[i] for i, e in enumerate(expected)], dtype=bool

@@ -16,6 +16,9 @@ import pyarrow.parquet as pq
 from sandbox.check import line, named
 from sandbox.errors import InputFileError
 
+CLOSED_FORM = "closed_form:"
+"""Begins the name of a closed form in the column `backend`."""
+
 FORMAT = 1
 """Of run.json; a folder of another format is neither read nor touched."""
 

@@ -14,12 +14,11 @@ from sandbox.case import Case, clean
 from sandbox.closed_form import CLOSED_FORMS
 from sandbox.errors import RefusalError, UnknownNameError
 from sandbox.formulation import FORMULATIONS, Posed
+from sandbox.records import CLOSED_FORM
 from sandbox.reference.truth import REASONS, Truth, truth
 from sandbox.tolerances import ASKED, CONDITION_SEVEN, DAMPING, RANK, UNIT, VERIFIED_RELATIVE
 
 Array = np.ndarray
-
-CLOSED_FORM = "closed_form:"
 
 
 class Template(NamedTuple):

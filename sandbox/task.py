@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sandbox.problem import VelocityProblem
-from sandbox.weight import Weight
+from sandbox.stacked import times, transpose
 
 Array = np.ndarray
 
@@ -38,25 +38,20 @@ class TaskView:
         """`problem` as `task` sees it."""
         return cls(problem, task, damping**2 if task == "damped" else 1.0)
 
-    @property
-    def weight(self) -> Weight:
-        """W of the problem."""
-        return self.problem.W
-
     def gradient(self, qdot: Array) -> Array:
         """Scale (W qdot + a) for qdot (B, n)."""
         return self.scale * (self.problem.W.times(qdot[..., None])[..., 0] + self.problem.a)
 
     def dual(self, qdot: Array, y: Array) -> Array:
         """Scale (W qdot + a) + J'y."""
-        return self.gradient(qdot) + (np.swapaxes(self.problem.J, -1, -2) @ y[..., None])[..., 0]
+        return self.gradient(qdot) + times(transpose(self.problem.J), y)
 
     def primal(self, qdot: Array, y: Array) -> Array:
         """What is left of the rows: J qdot - xdot, its part that Wx sees through J, or y + Wx(xdot - J qdot)."""
-        miss = (self.problem.J @ qdot[..., None])[..., 0] - self.problem.xdot
+        miss = times(self.problem.J, qdot) - self.problem.xdot
         if self.task == "exact":
             return miss
-        weighted = (task_weight(self.problem) @ miss[..., None])[..., 0]
+        weighted = times(task_weight(self.problem), miss)
         if self.task == "least_squares":
-            return (np.swapaxes(self.problem.J, -1, -2) @ weighted[..., None])[..., 0]
+            return times(transpose(self.problem.J), weighted)
         return y - weighted

@@ -15,6 +15,7 @@ import numpy as np
 
 from sandbox.problem import VelocityProblem
 from sandbox.spectrum import Spectrum, smallest_eigenvalue
+from sandbox.stacked import times, transpose
 from sandbox.task import TaskView, task_weight
 from sandbox.tolerances import DAMPING
 from sandbox.verdict import EXPECTED
@@ -91,7 +92,7 @@ class Yardstick:
             N = spectrum.null_basis(r, members)
             if N.shape[-1]:
                 S = problem[members].W.left(N) @ N
-                reduced[members] = smallest_eigenvalue((S + np.swapaxes(S, -1, -2)) / 2)
+                reduced[members] = smallest_eigenvalue((S + transpose(S)) / 2)
             for d in np.unique(degrees[members]):
                 chosen = members[(degrees[members] == d) & (expected[members] <= 1)]
                 if len(chosen):
@@ -116,7 +117,7 @@ def _condition(
     a = scale * part.a
     if task == "damped":
         Wx = task_weight(part)
-        slack = part.xdot - (part.J @ x[..., None])[..., 0]
+        slack = part.xdot - times(part.J, x)
         W = _blocks([[scale * W, None], [None, Wx]], b, (n, m), (n, m))
         C = np.concatenate([part.J, np.broadcast_to(np.eye(m), (b, m, m))], axis=-1)
         d, variables, multipliers = part.xdot, np.concatenate([x, slack], axis=-1), y
@@ -128,15 +129,15 @@ def _condition(
     else:
         # the rows that decide: an orthonormal basis of range J, seen through Wx in the least-squares sense
         left = np.swapaxes(U if task == "exact" else task_weight(part) @ U, -1, -2)
-        C, d, variables = left @ part.J, (left @ part.xdot[..., None])[..., 0], x
-        multipliers = (np.linalg.pinv(np.swapaxes(left, -1, -2)) @ y[..., None])[..., 0]
+        C, d, variables = left @ part.J, times(left, part.xdot), x
+        multipliers = (np.linalg.pinv(transpose(left)) @ y[..., None])[..., 0]
         # a residual of J'Wx(J qdot - xdot) reaches the r rows through (J'U_r)^+
-        back = left if task == "exact" else np.linalg.pinv(np.swapaxes(part.J, -1, -2) @ U)
+        back = left if task == "exact" else np.linalg.pinv(transpose(part.J) @ U)
     p, q, k = C.shape[-2], C.shape[-1], Z.shape[-1]
     border = np.zeros((b, p + k, q))
     border[:, :p] = C
-    border[:, p:, :n] = np.swapaxes(Z, -1, -2)
-    K = _blocks([[W, np.swapaxes(border, -1, -2)], [border, None]], b, (q, p + k), (q, p + k))
+    border[:, p:, :n] = transpose(Z)
+    K = _blocks([[W, transpose(border)], [border, None]], b, (q, p + k), (q, p + k))
     X = _inverse(K)
     z = np.concatenate([variables, multipliers, np.zeros((b, k))], axis=-1)
     rhs = np.concatenate([a, d, np.zeros((b, k))], axis=-1)
