@@ -388,6 +388,35 @@ def worst(run: RunData, limit: int = 50) -> list[Row]:
     )
 
 
+def warm_starts(run: RunData) -> list[Row]:
+    """Cold against warm per backend, over the solves that were done both ways at the judged level.
+
+    Medians of iterations and of solve time each way, the time's as a ratio warm / cold; `changed`: (cold, warm) -> count of
+    verdicts that differ.
+    """
+    pairs = """
+      with pairs as (
+        select c.backend, c.verdict as cold, w.verdict as warm, c.iterations as cold_iterations,
+          w.iterations as warm_iterations, c.solve_time as cold_time, w.solve_time as warm_time
+        from records c join warm w on c.problem = w.problem and c.set = w.set and c.backend = w.backend and c.task = w.task
+          and c.settings = w.settings and c.formulation = w.formulation and c.repeat is not distinct from w.repeat
+        where c.judged and c.verdict <> 'not_run' and w.verdict <> 'not_run')"""
+    rows = run.rows(
+        f"""{pairs} select backend, count(*) as n, median(cold_iterations) as cold_iterations,
+        median(warm_iterations) as warm_iterations, median(cold_time) as cold_time, median(warm_time) as warm_time,
+        median(warm_time) / nullif(median(cold_time), 0) as ratio,
+        count(*) filter (cold = 'verified') as cold_verified, count(*) filter (warm = 'verified') as warm_verified
+        from pairs group by 1"""
+    )
+    changes = run.rows(f"{pairs} select backend, cold, warm, count(*) as n from pairs where cold <> warm group by all")
+    for row in rows:
+        own = [change for change in changes if change["backend"] == row["backend"]]
+        own.sort(key=lambda change: (-change["n"], change["cold"], change["warm"]))
+        row["changed"] = {(change["cold"], change["warm"]): change["n"] for change in own}
+    order = backend_order(run)
+    return sorted(rows, key=lambda row: order.index(row["backend"]))
+
+
 def not_run(run: RunData) -> list[Row]:
     """What run.json says did not run, and rows of records with that verdict that run.json does not name."""
     told = list(run.about.get("not_run", []))

@@ -20,16 +20,19 @@ class Finding(NamedTuple):
     kind: str
 
 
-def findings(run: RunData, indefinite: list[aggregate.Row], closed: list[aggregate.Row]) -> list[Finding]:
+def findings(
+    run: RunData, indefinite: list[aggregate.Row], closed: list[aggregate.Row], studied: list[aggregate.Row] | None = None
+) -> list[Finding]:
     """The findings in the order of their weight; one that the run has no records for is left out.
 
-    `indefinite` is aggregate.breakdown over lambda_min_W, `closed` is aggregate.closed_forms.
+    `indefinite` is aggregate.breakdown over lambda_min_W, `closed` is aggregate.closed_forms, `studied` is methods.methods.
     """
     found = [
         _false_successes(run),
         *_indefinite(indefinite),
         _repairs(run),
         _closed_forms(closed),
+        _methods(studied or []),
         _no_minimum(run),
         _died(run),
     ]
@@ -172,6 +175,25 @@ def _closed_forms(rows: list[aggregate.Row]) -> Finding | None:
         f"{'their' if len(rows) > 1 else 'its'} own error bound of the exact answer"
         + (f"; outside somewhere: {_names(outside, 30)}." if outside else "."),
         " ".join(details), "#closed-forms", "fair" if outside or false else "good",
+    )  # fmt: skip
+
+
+def _methods(rows: list[aggregate.Row]) -> Finding | None:
+    compared = [row for row in rows if row["compared"]]
+    if not compared:
+        return None
+    short = [row["title"] for row in compared if row["agreed"] < row["compared"]]
+    agreed, total = (sum(row[key] for row in compared) for key in ("agreed", "compared"))
+    refused = sum(row["refused"] for row in compared)
+    one = len(compared) == 1
+    return Finding(
+        f"{len(compared) - len(short)} of {len(compared)}",
+        f"{'method agrees' if one else 'methods agree'} with {'its' if one else 'their'} own original formulation, written "
+        "without the framework, in every situation that eq. (6) or its like answers"
+        + (f"; not everywhere: {_names(short, 30)}." if short else "."),
+        f"Within the sum of the two error bounds in {agreed:,} of {total:,} situations, robots and forms of W counted one by "
+        f"one; {plural(refused, 'refusal')}.",
+        "#methods", "good" if not short else "bad",
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""A run folder opened for questions: its records, problems and truths as DuckDB tables."""
+"""A run folder opened for questions: its records, problems, truths and method study as DuckDB tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import duckdb
 import pyarrow as pa
 
-from sandbox.records import CLOSED_FORM, PROBLEMS, RECORDS, TRUTH, read_part, read_run
+from sandbox.records import CLOSED_FORM, METHODS, MOTIONS, PROBLEMS, RECORDS, TRUTH, read_part, read_run
 
 OWN = ("verified", "crashed", "timed_out", "not_run")
 """Verdicts that always count as the backend's: a success, a death and silence are nobody else's."""
@@ -20,15 +20,19 @@ APART: dict[str, str] = {
 """Why an answer is not held against its backend -> SQL condition: the formulation lost it, or it gave up
 on what float64 cannot attain. The first that applies."""
 
+OF_METHODS = "set in ('methods', 'trajectories')"
+"""SQL condition: the problems that the methods pose, at configurations and along paths."""
+
 _JUDGED_AT = ("high_accuracy", "mid_accuracy", "low_accuracy", "default")
 
 
 class RunData:
-    """Tables `records`, `problems`, `truth` of a run, and run.json as `about`.
+    """Tables `records`, `warm`, `problems`, `truth`, `methods`, `motions` of a run, and run.json as `about`.
 
-    `records` carries four columns more: `id` (row number), `judged` (asked for the accuracy at which backends are
-    compared by verdict; closed forms always are), `apart` (why it is not held against the backend, a key of APART, or
-    null) and `closed`. Non-finite numbers become null.
+    `records` are the cold solves: what is counted, ranked and listed. `warm` are the same solves started from an earlier
+    answer, for comparison alone. Both carry four columns more: `id` (row number), `judged` (asked for the accuracy at which
+    backends are compared by verdict; closed forms always are), `apart` (why it is not held against the backend, a key of
+    APART, or null) and `closed`. Non-finite numbers become null.
 
     Raises
     ------
@@ -40,16 +44,19 @@ class RunData:
         self.folder = Path(folder)
         self.about: dict[str, Any] = read_run(self.folder)
         self.connection = duckdb.connect(":memory:", config={"threads": 2})
-        for kind, schema in (("problems", PROBLEMS), ("truth", TRUTH), ("raw", RECORDS)):
+        tables = {"problems": PROBLEMS, "truth": TRUTH, "raw": RECORDS, "methods": METHODS, "motions": MOTIONS}
+        for kind, schema in tables.items():
             self._load(kind, self.folder / ("records" if kind == "raw" else kind), schema)
         present = {row["settings"] for row in self.rows("select distinct settings from raw")}
         self.settings: str = next((name for name in _JUDGED_AT if name in present), "high_accuracy")
         """The settings level at which backends are compared by verdict."""
-        self.connection.execute(
-            f"""create view records as select rowid::int as id, * replace (lower(status) as status),
-            starts_with(backend, '{CLOSED_FORM}') as closed, (settings is null or settings = '{self.settings}') as judged,
-            case {" ".join(f"when {condition} then '{name}'" for name, condition in APART.items())} end as apart from raw"""
-        )
+        for view, condition in (("records", "is distinct from"), ("warm", "=")):
+            self.connection.execute(
+                f"""create view {view} as select rowid::int as id, * replace (lower(status) as status),
+                starts_with(backend, '{CLOSED_FORM}') as closed, (settings is null or settings = '{self.settings}') as judged,
+                case {" ".join(f"when {apart} then '{name}'" for name, apart in APART.items())} end as apart
+                from raw where mode {condition} 'warm'"""
+            )
 
     def _load(self, table: str, folder: Path, schema: pa.Schema) -> None:
         """Fill `table` from the parts in `folder`, one at a time to save memory; non-finite numbers become null."""

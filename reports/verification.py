@@ -7,8 +7,9 @@ import shlex
 from pathlib import Path
 from typing import Any
 
-from reports import aggregate, cases, page
+from reports import aggregate, cases, drawing, page
 from reports.findings import findings
+from reports.methods import methods
 from reports.run_data import APART, OWN, RunData
 from reports.words import EXPECTED, FORMULATIONS, PRECEDENCE, TASKS, VERDICTS
 from sandbox import tolerances
@@ -64,12 +65,14 @@ def _tables(data: RunData) -> dict[str, Any]:
     names, pairs = aggregate.closed_form_pairs(data)
     ran = aggregate.ran(data)
     every = data.about.get("sample_every") or 10
+    studied = methods(data)
     return {
         "about": _UNKNOWN | data.about, "ran": [row for row in data.about.get("backends", []) if row["name"] in ran],
         "absent": [row for row in data.about.get("backends", []) if row["name"] not in ran],
         "sampled": aggregate.sampled(data), "every": every, "tolerances": tolerances,
         "folder": shlex.quote(str(data.folder)), "settings": data.settings,
-        "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed),
+        "counts": aggregate.counts(data), "findings": findings(data, over_lambda, closed, studied),
+        "methods": studied, "warm": aggregate.warm_starts(data), "warm_records": data.one("select count(*) from warm"),
         "left_out": aggregate.left_out(data), "matrices": aggregate.matrices(data), "measured": aggregate.measured(data),
         "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),
         "over_lambda": over_lambda, "over_sigma": over_sigma, "heat_lambda": _heat(over_lambda, aggregate.backend_order(data)),
@@ -112,7 +115,7 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
         "statuses": {status.name.lower(): status.sentence for status in STATUSES},
         "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED_FORM,
         "judged": [cases.JUDGED, data.settings],
-        "own": OWN,
+        "own": OWN, "cold": "mode is distinct from 'warm'" if context["warm_records"] else "true",
         "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},
     }  # fmt: skip
     return {
@@ -121,6 +124,6 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
         "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"totals": cases.totals(data), "words": words})),
         "data_curves": page.embedded_json(curves),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
-        "style": page.asset("report.css"),
+        "style": page.asset("report.css") + (drawing.style() if context["methods"] else ""),
         "script": page.asset("report.js"),
     }

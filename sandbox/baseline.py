@@ -13,7 +13,7 @@ from sandbox.records import CLOSED_FORM, read_part, read_table, write_parquet
 FILE = Path(__file__).parent / "baseline.parquet"
 """Written by `sandbox verify --accept`."""
 
-KEYS = ("problem", "set", "task", "backend", "formulation", "settings", "engine_version")
+KEYS = ("problem", "set", "task", "backend", "formulation", "settings", "mode", "engine_version")
 
 _name = pa.dictionary(pa.int32(), pa.string())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -18,8 +19,10 @@ Array = np.ndarray
 
 @dataclass(eq=False)
 class Batch:
-    """One backend, level and formulation on a group of B problems; only `members` were asked.
+    """One backend, level, formulation and mode on a group of B problems; only `members` were asked.
 
+    mode : cold, or warm: each member started from the answer to the one before it on its trajectory; the first of a
+        trajectory, and one after a failure, from nothing
     qdot (B, n), y (B, m), status (B,) codes, times (B,) [s]; primal_scale and dual_scale (B,) are what relative
     tolerances multiply.
     """
@@ -39,14 +42,20 @@ class Batch:
     primal_scale: Array
     dual_scale: Array
     engine: Engine | None = None
+    mode: Literal["cold", "warm"] = "cold"
 
     @classmethod
-    def empty(cls, backend: str, level: str, formulation: str, problem: VelocityProblem, members: Array) -> Batch:
+    def empty(
+        cls, backend: str, level: str, formulation: str, problem: VelocityProblem, members: Array,
+        mode: Literal["cold", "warm"] = "cold",
+    ) -> Batch:  # fmt: skip
         """Nothing answered yet."""
         B = len(problem)
         status = np.full(B, CODE[Status.NOT_RUN], np.int8)
         qdot, y = np.full((B, problem.n), np.nan), np.full((B, problem.m), np.nan)
-        return cls(backend, level, formulation, members, qdot, y, status, [""] * B, [None] * B, *np.full((5, B), np.nan))
+        nothing = cls(backend, level, formulation, members, qdot, y, status, [""] * B, [None] * B, *np.full((5, B), np.nan))
+        nothing.mode = mode
+        return nothing
 
     def refuse(self, refused: dict[int, tuple[Status, str]]) -> None:
         """Members that the formulation did not pose."""

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pyarrow as pa
@@ -34,13 +34,20 @@ Array = np.ndarray
 PATIENCE = 5
 """A backend that dies or overruns this often in one set is stopped there."""
 
+WARM = ("high_accuracy", "direct")
+"""Settings level and formulation of warm starts: x and y of `direct` mean the same from one member to the next."""
+
+STRETCH = 5
+"""A sampled backend that starts warm sees so many members of a sequence on end, and none of as many stretches as it skips."""
+
 
 @dataclass(frozen=True)
 class Plan:
     """What is to be run.
 
     levels : settings level -> formulations run at it
-    sample_every : backends marked `sampled` see every so many-th problem of each set
+    sample_every : backends marked `sampled` see every so many-th problem of each set, of a sequence every so many-th stretch
+    warm : sequences are solved a second time, at WARM, by the backends that can start from an earlier answer
     """
 
     sets: Sequence[ProblemSet]
@@ -50,6 +57,7 @@ class Plan:
     jobs: int = 1
     time_limit: float = 2.0
     sample_every: int = 1
+    warm: bool = True
 
     @property
     def formulations(self) -> list[str]:
@@ -200,12 +208,9 @@ class Campaign:
             libraries.setdefault(BACKENDS[name].library, []).append(name)
             self.presence[name] = Presence()
         self._total = sum(
-            len(self._members(work, name))
+            len(self._members(work, name)) * len(list(self._rounds(work, name)))
             for work in works
             for name in self.plan.backends
-            for formulations in self.plan.levels.values()
-            for formulation in formulations
-            if formulation in work.posings
         )
         by_set = {name: [work for work in works if work.set_name == name] for name in dict.fromkeys(w.set_name for w in works)}
         agenda = Agenda({library: list(by_set) for library in libraries})
@@ -227,7 +232,20 @@ class Campaign:
     def _members(self, work: Work, backend: str) -> Array:
         """Members of a group that the backend sees."""
         every = self.plan.sample_every if BACKENDS[backend].sampled else 1
-        return np.flatnonzero((work.first + np.arange(len(work.ids))) % every == 0)
+        members = np.arange(len(work.ids))
+        chained = work.group.sequence and BACKENDS[backend].warm
+        places = members // STRETCH if chained else members + work.first
+        return np.flatnonzero(places % every == 0)
+
+    def _rounds(self, work: Work, backend: str) -> Iterator[tuple[str, str, Literal["cold", "warm"]]]:
+        """Settings level, formulation and mode of every batch of a backend on a group."""
+        warm = self.plan.warm and BACKENDS[backend].warm and work.group.follows().any()
+        for level, formulations in self.plan.levels.items():
+            for formulation in formulations:
+                if formulation in work.posings:
+                    yield level, formulation, "cold"
+                    if warm and (level, formulation) == WARM:
+                        yield level, formulation, "warm"
 
     def _run_set(self, workers: Workers, backends: list[str], works: list[Work]) -> None:
         """One library on one set; an interruption keeps the groups that were finished."""
@@ -246,16 +264,15 @@ class Campaign:
         batches: dict[str, list[Batch]] = {}
         for backend in backends:
             members = self._members(work, backend)
-            for level, formulations in self.plan.levels.items():
-                for formulation in formulations:
-                    if formulation not in work.posings or not len(members) or self._stop.is_set():
-                        continue
-                    batch = Batch.empty(backend, level, formulation, work.group.problem, members)
-                    self._solve(workers, batch, work, failures)
-                    self._done += len(members)
-                    self.progress("solving", self._done, self._total)
-                    if self.presence[backend].state == "ran":
-                        batches.setdefault(FORMULATIONS[formulation].task, []).append(batch)
+            for level, formulation, mode in self._rounds(work, backend):
+                if not len(members) or self._stop.is_set():
+                    continue
+                batch = Batch.empty(backend, level, formulation, work.group.problem, members, mode)
+                self._solve(workers, batch, work, failures)
+                self._done += len(members)
+                self.progress("solving", self._done, self._total)
+                if self.presence[backend].state == "ran":
+                    batches.setdefault(FORMULATIONS[formulation].task, []).append(batch)
         start = time.perf_counter()
         tables = [_backend_records(work, task, group, self.plan.time_limit, self.run_id) for task, group in batches.items()]
         self.tally.add(judge=time.perf_counter() - start)
@@ -269,7 +286,12 @@ class Campaign:
             posed = whole[np.flatnonzero(np.isin(whole.index, batch.members))]
             if not len(posed.index):
                 continue
-            answers = self._ask(workers, batch, posed, failures)
+            follows = None
+            if batch.mode == "warm":
+                follows = work.group.follows()[posed.index]
+                follows[1:] &= np.diff(posed.index) == 1  # the one before may not have been posed, or asked
+                follows[0] = False
+            answers = self._ask(workers, batch, posed, failures, follows)
             if recipe.then is not None:
                 reached = (answers.status == CODE[Status.SOLVED]) & np.isfinite(answers.x).all(axis=-1)
                 batch.note(posed.index, answers)  # where the first stage fails, its end is the end
@@ -282,7 +304,9 @@ class Campaign:
             batch.take(posed, answers, problem, recipe)
         batch.engine = batch.engine or self.presence[batch.backend].engines.get(batch.level)
 
-    def _ask(self, workers: Workers, batch: Batch, posed: Posed, failures: dict[str, int]) -> Answers:
+    def _ask(
+        self, workers: Workers, batch: Batch, posed: Posed, failures: dict[str, int], follows: Array | None = None
+    ) -> Answers:
         """One stack of QPs to one backend, as long as patience lasts."""
         row, presence = BACKENDS[batch.backend], self.presence[batch.backend]
         if presence.absent:  # it could not be opened: asking again for every stack would cost its start each time
@@ -293,7 +317,7 @@ class Campaign:
             return answers
         answers = workers.solve(
             batch.backend, posed.qp, settings=batch.level, time_limit=self.plan.time_limit,
-            patience=max(PATIENCE - failures[batch.backend], 0),
+            patience=max(PATIENCE - failures[batch.backend], 0), follows=follows,
         )  # fmt: skip
         failures[batch.backend] += int(np.isin(answers.status, (CODE[Status.CRASHED], CODE[Status.TIMED_OUT])).sum())
         self.tally.add(build=float(np.nansum(answers.build_time)), solve=float(np.nansum(answers.solve_time)))
@@ -359,7 +383,7 @@ def _backend_records(work: Work, task: str, batches: list[Batch], time_limit: fl
         "library_version": each([e and e.library_version for e in engines]),
         "engine_version": each([e and e.engine_version for e in engines]),
         "effective_settings": each([e and json.dumps(e.settings, sort_keys=True) for e in engines]),
-        "mode": "cold",
+        "mode": each([batch.mode for batch in batches]),
         "run": run_id,
         "time_limit": np.full(len(rows), time_limit),
         "posing_error": posing_error,

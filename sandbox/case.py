@@ -201,7 +201,8 @@ def inertia_words(right: Truth) -> str:
 
 
 def _record_lines(case: Case, row: dict[str, Any]) -> list[str]:
-    head = ", ".join(clean(row[name]) for name in ("backend", "formulation", "settings", "task") if row[name] is not None)
+    names = ("backend", "formulation", "settings", "task", *(("mode",) if row["mode"] == "warm" else ()))
+    head = ", ".join(clean(row[name]) for name in names if row[name] is not None)
     lines = [f"{head}: {row['verdict']}"]
     sentence = Status[row["status"].upper()].sentence
     pairs = [("status", f"{row['status']} ({sentence})"), ("said", clean(row["said"] or ""))]
@@ -216,7 +217,8 @@ def _record_lines(case: Case, row: dict[str, Any]) -> list[str]:
     for name in ("qdot", "y"):
         lines += [] if row[name] is None else _matrix(name, np.array(row[name], dtype=float))
     command = repeat_command(case, row)
-    return lines if command is None else [*lines, *_pairs([("repeat with", command)])]
+    told = "repeat cold with" if row["mode"] == "warm" else "repeat with"  # its start is the answer to another problem
+    return lines if command is None else [*lines, *_pairs([(told, command)])]
 
 
 def _settings_lines(rows: Iterable[dict[str, Any]]) -> list[str]:

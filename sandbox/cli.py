@@ -16,7 +16,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from sandbox.errors import EmptyPlanError, SandboxError, UnknownNameError
+from sandbox.errors import EmptyPlanError, InputFileError, SandboxError, UnknownNameError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -121,6 +121,7 @@ def verify(
         content = carry_out(
             plan, folder, command=f"sandbox verify{' --full' if full else ''}", progress=tell, overwrite=overwrite
         )
+        _study(folder, full, tell)
     _summary(folder, content)
     console = _console()
     written = write_report(folder, page)
@@ -135,9 +136,29 @@ def verify(
         raise typer.Exit(1)
 
 
+def _study(folder: Path, full: bool, tell: Any) -> None:
+    """Every method of the paper on real robots: agreement with its original, and a closed path."""
+    from problems import paths, robots
+    from problems.methods import METHODS
+    from problems.sets.methods import ROBOTS
+    from sandbox.method_study import agreement_table, described, motion_table
+    from sandbox.run_folder import add_study
+
+    methods = list(METHODS.values())
+    arms = [robots.load(name) for name in ROBOTS]
+    moved = [robots.load(name) for name in (("planar_3r", "panda") if full else ("planar_3r",))]
+    tables = {
+        "methods": agreement_table(methods, arms, count=400 if full else 200, told=tell),
+        "motions": motion_table(methods, moved, lambda _: paths.load("circle", radius=0.15), cycles=3, told=tell),
+    }
+    add_study(folder, described(methods), tables)
+
+
 @app.command()
 def run(
-    source: Annotated[str, typer.Argument(metavar="SET|FILE", help="a problem set, or a .npz or .json file of problems")],
+    source: Annotated[
+        str, typer.Argument(metavar="SET|FILE", help="a problem set, a .npz or .json file of problems, or a .py of a method")
+    ],
     out: Annotated[Path, typer.Option("--out", help="run folder to make")],
     backend: Annotated[Names, typer.Option("--backend", help="backend or library; repeat for several [all]")] = None,
     formulation: Annotated[Names, typer.Option("--formulation", help="formulation; repeat for several [all]")] = None,
@@ -146,18 +167,31 @@ def run(
         Names, typer.Option("--task", help="exact, least_squares or damped [a set's own; exact, and least_squares with Wx]")
     ] = None,
     full: Annotated[bool, typer.Option("--full", help="the large form of a set")] = False,
+    robot: Annotated[
+        str | None, typer.Option("--robot", metavar="NAME|FILE.urdf", help="for a method: a name of `list robots`, or a URDF")
+    ] = None,
+    hand: Annotated[str | None, typer.Option("--hand", help="for a URDF: the frame that carries the task")] = None,
+    rows: Annotated[
+        str | None, typer.Option("--rows", help="for a method: task rows, as position, pose, planar [the robot's own]")
+    ] = None,
+    count: Annotated[int, typer.Option("--count", min=1, help="for a method: seeded configurations")] = 100,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="for a method: of the configurations")] = 0,
     overwrite: Overwrite = False,
     jobs: Jobs = _cores(),
     time_limit: TimeLimit = 2.0,
 ) -> None:
-    """Run one problem set, or your own problems, through backends and closed forms."""
+    """Run one problem set, your own problems, or your own method, through backends and closed forms."""
     from sandbox.plan import chosen, known
     from sandbox.run_folder import carry_out
     from sandbox.task import TASKS
 
-    problems = _source(source, tuple(known("task", task, TASKS)) if task else None, full)
+    tasks = tuple(known("task", task, TASKS)) if task else None
+    of_method = {"robot": robot, "hand": hand, "rows": rows, "count": count, "seed": seed}
+    own = Path(source).suffix == ".py"
+    problems = _own_method(Path(source), tasks, robot, hand, rows, count, seed) if own else _source(source, tasks, full)
     plan = chosen([problems], backend, formulation, settings or ["high_accuracy"], jobs=jobs, time_limit=time_limit)
     words = ["sandbox", "run", source, *(["--full"] if full else [])]
+    words += [word for name, value in of_method.items() if own and value is not None for word in (f"--{name}", str(value))]
     for option, values in (("--backend", backend), ("--formulation", formulation), ("--settings", settings), ("--task", task)):
         words += [word for value in values or () for word in (option, value)]
     with _bar() as tell:
@@ -178,6 +212,123 @@ def _source(source: str, tasks: tuple[str, ...] | None, full: bool) -> Any:
             raise EmptyPlanError(f"--full is for problem sets; {source} is a file")
         return read_problems(Path(source), tasks)
     raise UnknownNameError.of("problem set", source, sets.SETS)
+
+
+def _own_method(
+    path: Path, tasks: tuple[str, ...] | None, robot: str | None, hand: str | None, rows: str | None, count: int, seed: int
+) -> Any:
+    """The situations of a method of the user's own; prints how it agrees with its own original, if it has one."""
+    import numpy as np
+
+    from problems import robots
+    from problems.own_method import read_method
+    from problems.robots.urdf import from_urdf
+    from problems.situations import situations
+    from sandbox.agreement import compare
+    from sandbox.problem_set import ProblemSet
+
+    method = read_method(path)
+    if robot is None:
+        raise EmptyPlanError(f"{path} is a method: say for which robot, --robot {'|'.join(robots.ROBOTS)}, or a URDF file")
+    arm = robots.load(robot) if hand is None and Path(robot).suffix != ".urdf" else from_urdf(Path(robot), hand or "")
+    arm = arm if rows is None else arm.task(rows)
+    drawn = method.draw(arm, np.random.default_rng(seed), count)
+    group = situations(method, arm, drawn, seed)
+    if method.original is not None:
+        found = compare(method, arm, group.problem, method.original(arm, drawn.q, drawn.xdot), {})
+        print(
+            f"{method.name}: condition (7) holds at {found['held']} of {count} configurations of {arm.name}; framework and "
+            f"original agree within their bounds at {found['agreed']}, largest relative difference {found['difference_max']}"
+        )
+    about = f"{path.name} on {arm.name}, {count} configurations of seed {seed}"
+    found_set = ProblemSet(method.name, (group,), about)
+    return found_set if tasks is None else found_set.narrowed(tasks)
+
+
+@app.command()
+def follow(
+    methods: Annotated[list[str], typer.Argument(metavar="METHOD...", help="names or ids of `list methods`")],
+    out: Annotated[Path, typer.Option("--out", help="run folder to make")],
+    robot: Annotated[str, typer.Option("--robot", help="a name of `list robots`")] = "planar_3r",
+    path: Annotated[str, typer.Option("--path", help="a curve of `list paths`")] = "square",
+    size: Annotated[float | None, typer.Option("--size", help="of the curve [m]")] = None,
+    cycles: Annotated[int, typer.Option("--cycles", min=1, help="rounds of a closed path")] = 1,
+    begin: Annotated[
+        str | None, typer.Option("--start", help="joint angles q_1,...,q_n [rad, m]; without it each method draws its own")
+    ] = None,
+    parameter: Annotated[
+        Names, typer.Option("--parameter", metavar="METHOD.NAME=JSON", help="a parameter of one method; repeat for several")
+    ] = None,
+    steps: Annotated[
+        int | None, typer.Option("--steps", min=1, help="fixed control steps per round [integrated to 1e-12]")
+    ] = None,
+    svg: Annotated[Path | None, typer.Option("--svg", help="draw the postures after each round into this file")] = None,
+    overwrite: Overwrite = False,
+    as_json: Json = False,
+) -> None:
+    """Follow a path by one or several methods: drift, task error, condition (7) on the way, and a figure."""
+    from rich.table import Table
+
+    from problems import paths, robots
+    from problems.methods import load
+    from reports.figure import write_drift_figure
+    from sandbox.method_study import described, followed, motion_rows
+    from sandbox.run_folder import keep_motions
+
+    arm, curve, chosen = robots.load(robot), paths.load(path, size), [load(name) for name in methods]
+    given = _parameters(parameter or [], [method.name for method in chosen])
+    start = None if begin is None else _numbers(begin, arm.n)
+    found = [
+        followed(method, arm, curve, cycles=cycles, q=start, steps=steps, parameters=given[method.name]) for method in chosen
+    ]
+    words = ["sandbox", "follow", *methods, "--robot", robot, "--path", path, "--cycles", str(cycles)]
+    for option, value in (("--size", size), ("--start", begin), ("--steps", steps)):
+        words += [] if value is None else [option, str(value)]
+    words += [word for one in parameter or () for word in ("--parameter", one)]
+    table = motion_rows(found)
+    keep_motions(out, described(chosen), table, command=shlex.join(words), overwrite=overwrite)
+    rows = [one.summary() for one in found]
+    if as_json:
+        _print_json(rows)
+    else:
+        common = ("robot", "path", "cycles")
+        drawn = Table(title=", ".join(f"{name} {rows[0][name]}" for name in common), title_justify="left")
+        for name in (name for name in rows[0] if name not in common):
+            drawn.add_column(name, overflow="fold")
+        for row in rows:
+            cells = (value for name, value in row.items() if name not in common)
+            drawn.add_row(*(f"{value:.3g}" if isinstance(value, float) else str(value or "") for value in cells))
+        _console().print(drawn)
+    if svg is not None:
+        print(f"figure: {write_drift_figure(out, svg, names=[method.name for method in chosen])}")
+
+
+def _numbers(text: str, n: int) -> Any:
+    """Joint coordinates from "q_1,...,q_n"."""
+    import numpy as np
+
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError as error:
+        raise InputFileError(f"--start {text!r}: {error}; give {n} numbers, q_1,...,q_n") from error
+    if len(values) != n:
+        raise InputFileError(f"--start has {len(values)} numbers; this robot has {n} joints")
+    return np.array(values)
+
+
+def _parameters(given: list[str], names: list[str]) -> dict[str, dict[str, Any]]:
+    """Parameters of each method from METHOD.NAME=JSON."""
+    found: dict[str, dict[str, Any]] = {name: {} for name in names}
+    for one in given:
+        name, _, value = one.partition("=")
+        method, _, parameter = name.partition(".")
+        if method not in found or not parameter or not value:
+            raise InputFileError(f"--parameter {one!r} is not METHOD.NAME=JSON with a METHOD of {', '.join(names)}")
+        try:
+            found[method][parameter] = json.loads(value)
+        except ValueError as error:
+            raise InputFileError(f"--parameter {one!r}: {value!r} is no JSON ({error})") from error
+    return found
 
 
 @app.command()
@@ -219,16 +370,19 @@ def show(
 
 @app.command(name="list")
 def list_(
-    what: Annotated[str, typer.Argument(metavar="sets|backends|formulations|closed_forms", help="what to list")],
+    what: Annotated[
+        str, typer.Argument(metavar="sets|methods|robots|paths|backends|formulations|closed_forms", help="what to list")
+    ],
     as_json: Json = False,
 ) -> None:
     """List what there is."""
     from rich.markup import escape
     from rich.table import Table
 
+    from sandbox.listing import LISTS
     from sandbox.plan import known
 
-    rows = _LISTS[known("list", [what], _LISTS)[0]]()
+    rows = LISTS[known("list", [what], LISTS)[0]]()
     if as_json:
         _print_json(rows)
         return
@@ -238,45 +392,6 @@ def list_(
     for row in rows:
         drawn.add_row(*(escape(str(value)) if value is not None else "silent" for value in row.values()))
     _console().print(drawn)
-
-
-def _sets() -> list[dict[str, Any]]:
-    from problems import sets
-
-    loaded = [(row, sets.load(name)) for name, row in sets.SETS.items()]
-    return [
-        {"name": row.name, "problems": len(s), "seed": row.seed, "about": row.about,
-         "tasks": " ".join(dict.fromkeys(task for g in s.groups for task in g.tasks))}
-        for row, s in loaded
-    ]  # fmt: skip
-
-
-def _backends() -> list[dict[str, Any]]:
-    from sandbox.backends import BACKENDS
-
-    return [
-        {"name": b.name, "method": b.method, "promises H": b.promise.H, "promises A": b.promise.A, "licence": b.licence,
-         "expected": b.expected + (f": {b.message}" if b.message else ""), "install": b.install}
-        for b in BACKENDS.values()
-    ]  # fmt: skip
-
-
-def _formulations() -> list[dict[str, Any]]:
-    from sandbox.formulation import FORMULATIONS
-
-    return [{"name": f.name, "task": f.task, "about": f.about} for f in FORMULATIONS.values()]
-
-
-def _closed_forms() -> list[dict[str, Any]]:
-    from sandbox.closed_form import CLOSED_FORMS
-
-    return [
-        {"name": f.name, "task": f.task, "domain": f.domain, "error bound": f.bound_text, "source": f.source}
-        for f in CLOSED_FORMS.values()
-    ]
-
-
-_LISTS = {"sets": _sets, "backends": _backends, "formulations": _formulations, "closed_forms": _closed_forms}
 
 
 @app.command()

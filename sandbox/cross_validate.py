@@ -22,6 +22,7 @@ def cross_validate(
     *,
     tasks: Sequence[str] = ("exact",),
     time_limit: float = 2.0,
+    sequence: bool = False,
 ) -> pa.Table:
     """Records (records.RECORDS) of `problem`, one per backend and formulation and one per closed form.
 
@@ -29,6 +30,7 @@ def cross_validate(
     settings : default, low_accuracy, mid_accuracy or high_accuracy
     tasks : of exact, least_squares, damped
     time_limit : seconds for one problem
+    sequence : the stack follows one trajectory: backends that can be started from an earlier answer solve it warm, too
 
     Raises
     ------
@@ -38,7 +40,7 @@ def cross_validate(
         where a formulation is asked for whose task is not.
     """
     stack = given(problem).stacked()
-    group = Group(stack, {"step": list(range(len(stack)))}, tuple(known("task", _listed(tasks), TASKS)))
+    group = Group(stack, {"step": list(range(len(stack)))}, tuple(known("task", _listed(tasks), TASKS)), sequence)
     sets = [ProblemSet("given", (group,))]
     plan = chosen(sets, _listed(backends), _listed(formulations), [settings], time_limit=time_limit)
     kept = [RECORDS.empty_table()]

@@ -38,8 +38,11 @@ def known(kind: str, names: Iterable[str] | None, registered: Iterable[str]) -> 
 def chosen(
     sets: Sequence[ProblemSet], backends: Sequence[str] | None, formulations: Sequence[str] | None,
     settings: Sequence[str] = ("high_accuracy",), *, jobs: int = 1, time_limit: float = 2.0, sample_every: int = 1,
+    warm: bool = True,
 ) -> Plan:  # fmt: skip
     """A plan that runs the same formulations at every settings level; closed forms are named "closed_form:eq6".
+
+    warm : solve sequences a second time, each member started from the answer to the one before (campaign.WARM)
 
     Raises UnknownNameError where a name is not registered, EmptyPlanError where nothing would be run.
     """
@@ -60,13 +63,18 @@ def chosen(
         backends=[name for name in wanted if not name.startswith(CLOSED_FORM)],
         levels=dict.fromkeys(levels, posed),
         closed_forms=[name.removeprefix(CLOSED_FORM) for name in wanted if name.startswith(CLOSED_FORM)],
-        jobs=jobs, time_limit=time_limit, sample_every=sample_every,
+        jobs=jobs, time_limit=time_limit, sample_every=sample_every, warm=warm,
     )  # fmt: skip
 
 
-def standard(sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0, sample_every: int = 10) -> Plan:
-    """What `sandbox verify` runs: every formulation at high accuracy, the engines' own settings on `direct` alone."""
+def standard(
+    sets: Sequence[ProblemSet], *, jobs: int, time_limit: float = 2.0, sample_every: int = 10, warm: bool = True
+) -> Plan:
+    """What `sandbox verify` runs: every formulation at high accuracy, the engines' own settings on `direct` alone.
+
+    warm : solve sequences a second time, each member started from the answer to the one before (campaign.WARM)
+    """
     return Plan(
         sets=sets, backends=RUNNABLE, levels={"high_accuracy": list(FORMULATIONS), "default": ["direct"]},
-        closed_forms=list(CLOSED_FORMS), jobs=jobs, time_limit=time_limit, sample_every=sample_every,
+        closed_forms=list(CLOSED_FORMS), jobs=jobs, time_limit=time_limit, sample_every=sample_every, warm=warm,
     )  # fmt: skip

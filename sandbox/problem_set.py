@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,11 +25,13 @@ class Group:
     problem : VelocityProblem with one leading axis
     labels : column name -> sequence of one entry per member (None where it has no meaning)
     tasks : the tasks its members are posed for, of "exact", "least_squares", "damped"
+    sequence : its members follow each other along trajectories: `seed` names a trajectory, `step` counts along it
     """
 
     problem: VelocityProblem
     labels: dict[str, Sequence[Any]] = field(default_factory=dict)
     tasks: tuple[str, ...] = ("exact",)
+    sequence: bool = False
 
     def __post_init__(self) -> None:
         if len(self.problem.lead) != 1:
@@ -39,6 +41,8 @@ class Group:
                 raise ShapeError(f"no label is called {name!r}; there are: {', '.join(LABELS)}")
             if len(column) != len(self):
                 raise ShapeError(f"label {name!r} has {len(column)} entries for {len(self)} problems")
+        if self.sequence and None in self.labels.get("step", (None,)):
+            raise ShapeError("the members of a sequence need the label 'step', which says where on its trajectory each stands")
 
     def __len__(self) -> int:
         return len(self.problem)
@@ -46,9 +50,21 @@ class Group:
     def __getitem__(self, index: Any) -> Group:
         """A slice of the group, or the members an index array names."""
         rows = np.arange(len(self))[index]
-        return Group(
-            self.problem[rows], {name: [column[int(i)] for i in rows] for name, column in self.labels.items()}, self.tasks
-        )
+        labels: dict[str, Sequence[Any]] = {name: [column[int(i)] for i in rows] for name, column in self.labels.items()}
+        return Group(self.problem[rows], labels, self.tasks, self.sequence)
+
+    def follows(self) -> Array:
+        """Whether each member comes after the one before it on the same trajectory (B,).
+
+        The two have the same robot, method and seed, and this one the later step; in a group that is no sequence nothing
+        follows.
+        """
+        after = np.zeros(len(self), dtype=bool)
+        if self.sequence:
+            of = [self.labels[name] for name in ("robot", "method", "seed") if name in self.labels]
+            step = self.labels["step"]
+            after[1:] = [step[i] > step[i - 1] and all(c[i] == c[i - 1] for c in of) for i in range(1, len(self))]
+        return after
 
     def ids(self) -> list[str]:
         """Content hash of each member: the same numbers have the same id, whatever set they stand in."""
@@ -84,7 +100,7 @@ class ProblemSet:
     def narrowed(self, tasks: tuple[str, ...]) -> ProblemSet:
         """The same set posed for these tasks only; groups posed for none of them are left out."""
         kept = [(group, tuple(task for task in group.tasks if task in tasks)) for group in self.groups]
-        groups = tuple(Group(group.problem, group.labels, both) for group, both in kept if both)
+        groups = tuple(replace(group, tasks=both) for group, both in kept if both)
         if not groups:
             raise EmptyPlanError(f"no problem of {self.name} is posed for {', '.join(tasks)}")
         return ProblemSet(self.name, groups, self.about)

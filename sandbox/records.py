@@ -123,6 +123,53 @@ TRUTH = pa.schema(
 )
 """Columns of a truth file: the exact answer, rounded once to float64."""
 
+METHODS = pa.schema(
+    [
+        ("method", pa.string()),  # its name
+        ("robot", pa.string()),
+        ("n", pa.int16()),
+        ("m", pa.int16()),
+        ("situations", pa.int32()),  # seeded configurations drawn
+        ("held", pa.int32()),  # of these, condition (7) held (for eq. 13: its own conditions)
+        ("refused", pa.int32()),  # refused by the cast or by the closed form
+        ("refusals", pa.string()),  # JSON: {words of the refusal: count}
+        ("shift", pa.string()),  # null: as cast; "J'AJ", "J'B + B'J": W shifted, same motion
+        ("indefinite", pa.int32()),  # W (shifted, if so) with a negative eigenvalue
+        ("agreed", pa.int32()),  # framework and original within the sum of their bounds
+        ("difference_median", pa.float64()),  # max norm, relative to the framework's answer
+        ("difference_max", pa.float64()),
+        ("ratio_max", pa.float64()),  # largest difference / sum of the bounds
+        ("seconds", pa.float64()),  # to cast them all
+    ]
+)
+"""Columns of the method study: one row per method, robot and shift of W."""
+
+MOTIONS = pa.schema(
+    [
+        ("method", pa.string()),
+        ("robot", pa.string()),
+        ("path", pa.string()),
+        ("closed", pa.bool_()),  # whether the path ends where it begins
+        ("cycles", pa.int32()),
+        ("integrator", pa.string()),
+        ("stopped", pa.string()),  # why the motion ended early; null where it did not
+        ("n", pa.int16()),
+        ("m", pa.int16()),
+        ("t", _vector),  # s, T instants
+        ("q", _vector),  # T x n, row-major
+        ("qdot", _vector),  # T x n
+        ("hand", _vector),  # T x 3, position [m]
+        ("task_error", _vector),  # T, |x - x_path| [m, rad]
+        ("lambda_min_reduced", _vector),  # T, of N'WN, N orthonormal; NaN where not decided
+        ("sigma_min_J", _vector),  # T
+        ("arm", _vector),  # (frames, n + 2, 3): base, joints and hand of a few instants, for the stroboscope
+        ("frames", pa.int32()),
+        ("drift", _vector),  # joint drift |q(cycle end) - q(0)| after each cycle [rad]; null where not closed
+        ("bracket", pa.float64()),  # Lie-bracket test at the start, 0 for an integrable law; null where it has none
+    ]
+)
+"""Columns of the motions of the method study: one row per method, robot and path."""
+
 
 def write_parquet(table: pa.Table, path: Path) -> None:
     """Write `table` to `path` whole or not at all."""
@@ -194,9 +241,9 @@ def read_part(path: Path, schema: pa.Schema, columns: list[str] | None = None) -
 
 
 def read_table(run: Path, kind: str, columns: list[str] | None = None) -> pa.Table:
-    """All parts of `kind` ("records", "problems" or "truth") of a run folder as one table."""
+    """All parts of `kind` ("records", "problems", "truth", "methods" or "motions") of a run folder as one table."""
     read_run(run)
-    schema = {"records": RECORDS, "problems": PROBLEMS, "truth": TRUTH}[kind]
+    schema = {"records": RECORDS, "problems": PROBLEMS, "truth": TRUTH, "methods": METHODS, "motions": MOTIONS}[kind]
     parts: Iterable[Path] = sorted((Path(run) / kind).glob("*.parquet"))
     tables = [read_part(path, schema, columns) for path in parts]
     if not tables:

@@ -24,7 +24,7 @@ from sandbox.formulation import FORMULATIONS
 from sandbox.plan import RUNNABLE
 from sandbox.records import FORMAT, read_run, read_table, write_json, write_parquet
 
-KINDS = ("problems", "truth", "records")
+KINDS = ("problems", "truth", "records", "methods", "motions")
 
 
 def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet, overwrite: bool = False) -> dict[str, Any]:
@@ -43,6 +43,23 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
             for part in (out / kind).glob("*.parquet"):
                 part.unlink()
         return _carry_out(plan, out, command, progress)
+
+
+def add_study(out: Path, methods: list[dict[str, Any]], tables: dict[str, pa.Table]) -> None:
+    """Add the study of methods to a run: what they are, and its tables by kind ("methods", "motions")."""
+    content = read_run(out)
+    for kind, table in tables.items():
+        write_parquet(table, out / kind / "study.parquet")
+    write_json({**content, "methods": methods}, out / "run.json")
+
+
+def keep_motions(out: Path, methods: list[dict[str, Any]], motions: pa.Table, *, command: str, overwrite: bool = False) -> None:
+    """A run folder that holds motions alone.
+
+    Raises InputFileError as `carry_out` does.
+    """
+    carry_out(Plan(sets=[], backends=[], levels={}), out, command=command, overwrite=overwrite)
+    add_study(Path(out), methods, {"motions": motions})
 
 
 def _carry_out(plan: Plan, out: Path, command: str, progress: Progress) -> dict[str, Any]:
@@ -114,6 +131,7 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
         "jobs": plan.jobs,
         "time_limit": plan.time_limit,
         "sample_every": plan.sample_every,
+        "warm": plan.warm,
         "packages": _versions(),
         "sets": [
             {
@@ -173,7 +191,7 @@ def _note_presence(row: dict[str, Any], campaign: Campaign) -> None:
 
 def _not_run(out: Path) -> list[dict[str, Any]]:
     """Records with the verdict not_run, counted by backend, formulation, settings, set and reason."""
-    keys = ["backend", "formulation", "settings", "set", "said"]
+    keys = ["backend", "formulation", "settings", "mode", "set", "said"]
     try:
         records = read_table(out, "records", [*keys, "verdict"])
     except InputFileError:  # nothing was recorded before the run ended

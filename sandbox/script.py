@@ -93,7 +93,8 @@ def _header(case: Case, backend: str, formulation: str | None, settings: str | N
     lines[0] += f", formulation {formulation}, settings {settings}" if formulation else ""
     for row in case.records:
         if (row["backend"], row["formulation"], row["settings"]) == (backend, formulation, settings):
-            lines.append(f"recorded: {row['verdict']}; status {row['status']}, error {row['error']}")
+            warm = ", warm: started from the answer to the step before, repeated cold here" if row["mode"] == "warm" else ""
+            lines.append(f"recorded{warm}: {row['verdict']}; status {row['status']}, error {row['error']}")
             lines.append(f"said: {row['said'] or ''}")
             lines.append(f"versions: library {row['library_version']}, engine {row['engine_version']}")
     return "\n".join(f"# {clean(line)}" for line in [*lines, needs]) + "\n"

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
-from sandbox.backends.backend import opened
+from sandbox.backends.backend import Start, opened
 
 PROGRESS = struct.Struct("qd")
 """Position of the problem being solved and when it was begun (time.monotonic, s); inf while nothing is."""
@@ -84,14 +84,21 @@ class SolverProcess:
             self.printed.take()
         return self.engines[key]
 
-    def answers(self, engine: Any, H: Any, g: Any, A: Any, b: Any) -> Iterator[tuple[Any, ...]]:
-        """One tuple per problem: x, y, status name, words, iterations, build, solve and wall time."""
+    def answers(
+        self, engine: Any, H: Any, g: Any, A: Any, b: Any, follows: Any, start: Start | None
+    ) -> Iterator[tuple[Any, ...]]:
+        """One tuple per problem: x, y, status name, words, iterations, build, solve and wall time.
+
+        follows (B,) : whether a problem starts from the answer to the one before; start : where the first one starts
+        """
         for i in range(len(g)):
-            begun = time.monotonic()
-            self.mark(i, begun)
-            start = time.perf_counter()
-            answer = engine.solve(H[i], g[i], A[i], b[i])
-            wall = time.perf_counter() - start
+            given = (H[i], g[i], A[i], b[i]) if start is None else (H[i], g[i], A[i], b[i], start)
+            self.mark(i, time.monotonic())
+            begun = time.perf_counter()
+            answer = engine.solve(*given)
+            wall = time.perf_counter() - begun
+            going_on = i + 1 < len(g) and follows[i + 1]
+            start = Start.after(answer.status, answer.x, answer.y, *A[i].shape[::-1]) if going_on else None
             printed = self.printed.take()
             said = f"{answer.said} | {printed}" if printed else answer.said
             yield (
@@ -106,7 +113,7 @@ class SolverProcess:
             )
 
     def serve(self) -> None:
-        """Answer requests (engine, settings, H, g, A, b) until the parent hangs up."""
+        """Answer requests (engine, settings, H, g, A, b, follows, start) until the parent hangs up."""
         while True:
             try:
                 name, settings, *qp = self.pipe.recv()

@@ -72,3 +72,78 @@ CONFORMANCE_FLOOR = 1e-6
 
 CONFORMANCE_ROUNDING = 1e-12
 """The same problem solved twice may differ by this: vectorised loops round by where an array lies in memory."""
+
+ORIGINAL = 50.0
+"""An original formulation rounds its data by up to c n u of their norms: the c of `FORWARD`, for as many operations."""
+
+ROBOT_RANK = 1e-8
+"""Singular values of a robot's Jacobian below this share of the largest come from rounding of its sines, or nearly so."""
+
+GRADIENT_STEP = 1e-3
+"""Step of fourth-order central differences [rad, m]: h^4 truncated, u/h rounded, both near 1e-12."""
+
+GRADIENT_CHECK = 1e-6
+"""A user's gradient may differ by this from differences of f: a wrong term shows, f's own rounding does not."""
+
+EXTREMAL = 1e-6
+"""|N'grad g| / |grad g| up to this is an extremum of g on its self-motion, an equilibrium (methods M18)."""
+
+TORSION = 1e-9
+"""|N'(T - T')| above this share of |T| is no rounding: T is known to u cond(J) |T| (methods 5.4)."""
+
+SHRUNK = 1 - 2.0**-20
+"""A self-motion faster than the rate limits is shrunk to this share of them: rounding must not put it back above."""
+
+PATH_CLOSURE = 1e-12
+"""A path is closed where it ends within this share of its size: sine and cosine of 2 pi are off by u."""
+
+ORTHONORMAL = 1e-9
+"""Directions typed with ten digits count as orthonormal."""
+
+INTEGRATION = 1e-12
+"""Relative and absolute [rad, m] tolerance of a motion: its error stays below what drift is told from."""
+
+SMALLEST_STEP = 1e-10
+"""A law that refuses however short the step, down to this share of a piece of the path, has stopped the motion."""
+
+NEAR_SINGULAR = 1e-2
+"""A smallest singular value or eigenvalue below this share of the largest is worth a line in the report."""
+
+SINGULAR_TIME = 1e-12
+"""A singularity is located to this share of the motion's duration: a few roundings of t."""
+
+NULL_BASIS = 1e3
+"""|J_i N_c| above c eps |J_i||N_c| says that N_c is not in null J: c as in methods 1, general refusals."""
+
+REDUCED_ASYMMETRY = 1e3
+"""|N'WN - its transpose| above c eps |N'W||N| says that N'W is wrong: inverse dynamics is off by 0.1 eps at 30 joints."""
+
+SIMPLE = 1e-8
+"""Singular values closer than this share of sigma_1 are not told apart: neither has a gradient (methods M5)."""
+
+TIE = 1e-8
+"""Members of a minimum this close to it, as a share of its scale, tie with it: the gradient is one of several (methods M9)."""
+
+KINK = 64.0
+"""Within c n u of a kink, relative to what the quantity is made of, rounding decides the side: no gradient is given."""
+
+BRACKET_STEP = 2.0**-5
+"""Step of eighth-order differences of a law [rad, m]: h^8 truncated, 10 u/h rounded, both near 1e-13."""
+
+BRACKET_ROUNDING = 10.0
+"""Rounding of a difference quotient of G is up to c n u cond(J) |G| / h."""
+
+LINEARITY = 1e-9
+"""A law whose rates add up to this share of the largest is linear in the task velocity."""
+
+CLOSED_CYCLE = 1e-10
+"""Drift per cycle [rad, m] that is the integration's own error: a hundred times its tolerance."""
+
+DIFFERENCE = 1e-6
+"""A derivative and a central difference of step u^(1/3) agree to 2e-11 and the third derivative: this tells abs apart."""
+
+QUARTER_TURN = 1e-15
+"""Sine and cosine of pi/2 are off by 6e-17: a constant this close to a whole number is one."""
+
+LIMIT_KNOWN = 0.01
+"""A limit posture is in sight when what is left to it is this share of the way covered."""

@@ -25,21 +25,24 @@ STYLE = {
 
 
 def counts(run: Path) -> list[dict[str, Any]]:
-    """One row per backend, formulation and settings: verdict -> number of records; those blamed on the formulation apart."""
-    wanted = ["backend", "formulation", "settings", "verdict", "blame"]
+    """One row per backend, formulation, settings and mode: verdict -> number of records.
+
+    Those blamed on the formulation are counted apart, as `of_formulation`.
+    """
+    wanted = ["backend", "formulation", "settings", "mode", "verdict", "blame"]
     records = read_table(run, "records", wanted)
     plain = pa.table({name: records[name].cast(pa.string()) for name in wanted})
     with duckdb.connect() as database:
         database.register("records", plain)
         found = database.execute(
-            "SELECT backend, formulation, settings, verdict, blame IS NOT DISTINCT FROM 'formulation' AS posing, "
+            "SELECT backend, formulation, settings, mode, verdict, blame IS NOT DISTINCT FROM 'formulation' AS posing, "
             "count(*) AS n FROM records GROUP BY ALL ORDER BY ALL"
         ).fetchall()
     rows: dict[tuple[Any, ...], dict[str, Any]] = {}
-    for backend, formulation, settings, verdict, posing, n in found:
+    for backend, formulation, settings, mode, verdict, posing, n in found:
         row = rows.setdefault(
-            (backend, formulation, settings),
-            {"backend": backend, "formulation": formulation, "settings": settings, "of_formulation": 0},
+            (backend, formulation, settings, mode),
+            {"backend": backend, "formulation": formulation, "settings": settings, "mode": mode, "of_formulation": 0},
         )
         if posing:
             row["of_formulation"] += n
@@ -54,7 +57,8 @@ def table(rows: list[dict[str, Any]]) -> Table:
     drawn = Table(
         title="verdicts (what the formulation itself refused or spoilt is counted under `posing`)", title_justify="left"
     )
-    for name in ("backend", "formulation", "settings"):
+    of = ("formulation", "settings", *(("mode",) if any(row["mode"] == "warm" for row in rows) else ()))
+    for name in ("backend", *of):
         drawn.add_column(name, overflow="fold")
     for verdict in used:
         drawn.add_column(verdict.replace("_", "\n"), justify="right", style=STYLE.get(verdict, ""))
@@ -63,7 +67,7 @@ def table(rows: list[dict[str, Any]]) -> Table:
     for row in rows:
         if last is not None and last != row["backend"]:
             drawn.add_section()
-        cells = ["" if row["backend"] == last else row["backend"], row["formulation"] or "", row["settings"] or ""]
+        cells = ["" if row["backend"] == last else row["backend"], *(row[name] or "" for name in of)]
         last = row["backend"]
         drawn.add_row(*cells, *(str(row.get(v) or "") for v in used), str(row["of_formulation"] or ""))
     return drawn

@@ -49,7 +49,7 @@ class Weight:
             check.shape(E, ("k", "n"), {"n": n}, "W_E")
             k = E.shape[-2]
             if gamma is None:
-                gamma = np.eye(k)
+                gamma = np.broadcast_to(np.eye(k), (*E.shape[:-2], k, k))
             gamma = check.real(gamma, "W_gamma")
             if gamma.shape == (k, k) and k > 1 and E.shape[:-2] == (k,):
                 raise ShapeError(

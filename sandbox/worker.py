@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from sandbox.backends import BACKENDS
-from sandbox.backends.backend import Backend, Engine
-from sandbox.errors import UnknownNameError
+from sandbox.backends.backend import Backend, Engine, Start
+from sandbox.errors import RefusalError, UnknownNameError
 from sandbox.qp import QP
-from sandbox.solution import CODE, Status
+from sandbox.solution import CODE, STATUSES, Status
 from sandbox.solver_process import PROGRESS
 from sandbox.tolerances import VERIFIED_RELATIVE
 
@@ -62,6 +62,10 @@ class Answers:
             solve_time=self.solve_time[members], runtime=self.runtime[members],
         )  # fmt: skip
 
+    def start(self, i: int) -> Start | None:
+        """The answer to member `i` as the start of the next, None where it is no good for that."""
+        return Start.after(STATUSES[self.status[i]], self.x[i], self.y[i], self.x.shape[1], self.y.shape[1])
+
     def after(self, first: Answers) -> Answers:
         """These answers, with the times of a first stage added."""
         return replace(
@@ -95,6 +99,22 @@ class Answers:
         self.status[members] = CODE[status]
         for i in members:
             self.said[i] = said
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Which members of a stack start from the answer to the one before them (B,), and where the first one starts."""
+
+    follows: Array
+    first: Start | None
+
+    def of(self, todo: Array, answers: Answers) -> tuple[Array, Start | None]:
+        """The same for the members `todo` alone, of which the first may follow one that `answers` has already."""
+        follows = self.follows[todo]
+        follows[1:] &= np.diff(todo) == 1  # whatever lies between was lost
+        if todo[0] == 0:
+            return follows, self.first
+        return follows, answers.start(todo[0] - 1) if follows[0] else None
 
 
 class Process:
@@ -164,23 +184,32 @@ class Workers:
         self._processes.clear()
 
     def solve(
-        self, backend: str, qp: QP, *, settings: str = "high_accuracy", time_limit: float = 2.0, patience: int | None = None
-    ) -> Answers:
+        self, backend: str, qp: QP, *, settings: str = "high_accuracy", time_limit: float = 2.0, patience: int | None = None,
+        follows: Array | None = None, start: Start | None = None,
+    ) -> Answers:  # fmt: skip
         """Answers of `backend` to the stack `qp`.
 
         time_limit : seconds for one problem, building included
         patience : deaths and overruns after which the rest is left NOT_RUN; None never gives up
+        follows : (B,) which members are started from the answer to the member before them; that one having failed, or
+            died, they are started cold. None: all are cold
+        start : where the first member is started
 
         Raises
         ------
         UnknownNameError
             if there is no such backend or settings level.
+        RefusalError
+            if the backend takes no starting point.
         """
         if backend not in BACKENDS:
             raise UnknownNameError.of("backend", backend, BACKENDS)
         if settings not in VERIFIED_RELATIVE:
             raise UnknownNameError.of("settings level", settings, VERIFIED_RELATIVE)
         row = BACKENDS[backend]
+        if not row.warm and (follows is not None or start is not None):
+            raise RefusalError(f"{backend} takes no starting point; its row in the table of backends would name how")
+        chain = Chain(np.zeros(len(qp), dtype=bool) if follows is None else follows, start)
         answers = Answers.empty(qp)
         todo = np.arange(len(qp))
         failures = 0
@@ -188,14 +217,14 @@ class Workers:
             if patience is not None and failures >= patience:
                 answers.fail(todo, Status.NOT_RUN, "stopped here: too many crashes or time-outs in this set")
                 break
-            answers, todo, failed = self._attempt(row, qp, settings, time_limit, answers, todo)
+            answers, todo, failed = self._attempt(row, qp, settings, time_limit, answers, todo, chain)
             failures += failed
         late = answers.runtime > time_limit
         answers.status[late] = CODE[Status.TIMED_OUT]
         return answers
 
     def _attempt(
-        self, row: Backend, qp: QP, settings: str, time_limit: float, answers: Answers, todo: Array
+        self, row: Backend, qp: QP, settings: str, time_limit: float, answers: Answers, todo: Array, chain: Chain
     ) -> tuple[Answers, Array, int]:
         """Solve members `todo` until done or until the process fails; what is left to do and failures (0 or 1)."""
         if row.module in self._stuck:
@@ -207,7 +236,7 @@ class Workers:
         done = 0
         opening = time.monotonic()
         try:
-            process.pipe.send((row.engine, settings, part.H, part.g, part.A, part.b))
+            process.pipe.send((row.engine, settings, part.H, part.g, part.A, part.b, *chain.of(todo, answers)))
             while True:
                 if self._stopped.is_set():
                     self._drop(row.library)

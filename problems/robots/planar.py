@@ -1,74 +1,72 @@
-"""Planar nR arms: relative joint angles q [rad], task the tip position [m] and, if asked for, its angle [rad]."""
+"""Planar nR arms: relative joint angles, motion in the x-y plane, gravity along -y."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
+
+from problems.robots.robot import TASKS, Robot
+from sandbox import check
+from sandbox.errors import RangeError, ShapeError
 
 Array = np.ndarray
 
+GRAVITY = 9.81
+"""[m/s^2]"""
 
-@dataclass(frozen=True)
-class PlanarArm:
-    """A planar arm with point masses at its link ends.
+LIMIT = 2.75
+"""Limit of every joint, both ways [rad]."""
 
-    name : how records call it
-    lengths : link lengths [m]
-    masses : point mass at the end of each link [kg]
+RATE = 2.0
+"""Largest rate of every joint [rad/s]."""
+
+
+def planar_arm(
+    lengths: Sequence[float], masses: Sequence[float] | None = None, *, rods: bool = False, name: str | None = None
+) -> Robot:
+    """A planar arm of n revolute joints; its task is the tip's position ("planar"), or with its angle ("planar pose").
+
+    lengths : link lengths (n,) [m]
+    masses : of the links (n,) [kg], 1 each if left out: points at the link ends, or uniform thin rods
+
+    Raises RangeError where a length or mass is not positive, ShapeError where the two differ in number or are no row of
+    numbers, NonFiniteError.
     """
-
-    name: str
-    lengths: tuple[float, ...]
-    masses: tuple[float, ...]
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.lengths)
-
-    def _links(self, q: Array) -> tuple[Array, Array]:
-        """Link vectors (..., n) [m]: components along x and y."""
-        angle = np.cumsum(q, axis=-1)
-        lengths = np.array(self.lengths)
-        return lengths * np.cos(angle), lengths * np.sin(angle)
-
-    def forward(self, q: Array) -> Array:
-        """Tip (x, y, angle) (..., 3) [m, m, rad] at q (..., n)."""
-        x, y = self._links(q)
-        return np.stack([x.sum(-1), y.sum(-1), q.sum(-1)], axis=-1)
-
-    def jacobian(self, q: Array, *, angle: bool = False) -> Array:
-        """J (..., m, n): rows -Y_i and X_i [m/rad], X_i = sum over l >= i of the links; with `angle` a row of ones."""
-        X, Y = (_tail(part) for part in self._links(q))
-        rows = [-Y, X, np.ones_like(X)] if angle else [-Y, X]
-        return np.stack(rows, axis=-2)
-
-    def jacobian_derivative(self, q: Array, *, angle: bool = False) -> Array:
-        """dJ/dq (..., n, m, n), [..., k, :, :] = dJ/dq_k: Hess x_ij = -X_max(i,j), Hess y_ij = -Y_max(i,j)."""
-        X, Y = (_tail(part) for part in self._links(q))
-        later = np.maximum.outer(np.arange(self.n), np.arange(self.n))
-        rows = [-X[..., later], -Y[..., later]]
-        if angle:
-            rows.append(np.zeros_like(rows[0]))
-        return np.stack(rows, axis=-2)
-
-    def inertia(self, q: Array) -> Array:
-        """M (..., n, n) [kg m^2] = sum over links of mass J_l'J_l, J_l the Jacobian of the end of link l."""
-        x, y = self._links(q)
-        M = np.zeros((*q.shape, self.n))
-        for last, mass in enumerate(self.masses):
-            reached = np.arange(self.n) <= last
-            for part in (x, y):
-                row = np.where(reached, _tail(np.where(reached, part, 0.0)), 0.0)
-                M = M + mass * row[..., :, None] * row[..., None, :]
-        return M
+    size = _positive(lengths, "length")
+    n = len(size)
+    load = np.ones(n) if masses is None else _positive(masses, "mass")
+    if len(load) != n:
+        raise ShapeError(f"{n} link lengths and {len(load)} masses: give one of each per link")
+    model = pin.Model()
+    model.name = name or f"planar_{n}r"
+    model.gravity.linear = np.array([0.0, -GRAVITY, 0.0])
+    joint, place = 0, pin.SE3.Identity()
+    for link, (length, mass) in enumerate(zip(size, load, strict=True), start=1):
+        joint = model.addJoint(joint, pin.JointModelRZ(), place, f"joint_{link}")
+        centre = np.array([length / 2 if rods else length, 0.0, 0.0])
+        about_centre = mass * length**2 / 12 * np.diag([0.0, 1.0, 1.0]) if rods else np.zeros((3, 3))
+        model.appendBodyToJoint(joint, pin.Inertia(mass, centre, about_centre), pin.SE3.Identity())
+        place = pin.SE3(np.eye(3), np.array([length, 0.0, 0.0]))
+    model.addFrame(pin.Frame("tip", joint, 0, place, pin.FrameType.OP_FRAME))
+    model.lowerPositionLimit = np.full(n, -LIMIT)
+    model.upperPositionLimit = np.full(n, LIMIT)
+    model.velocityLimit = np.full(n, RATE)
+    loads = "uniform rods" if rods else "point masses at the link ends"
+    return Robot(model.name, model, "tip", TASKS["planar"], f"planar arm of {n} revolute joints, {loads}")
 
 
-def _tail(part: Array) -> Array:
-    """Sum of the entries from i to the end, for every i."""
-    return np.cumsum(part[..., ::-1], axis=-1)[..., ::-1]
+def _positive(values: Sequence[float], what: str) -> Array:
+    """One positive number per link (n,)."""
+    numbers = check.real(values, f"link {what}")
+    if numbers.ndim != 1 or not len(numbers):
+        raise ShapeError(f"the link {what} has shape {numbers.shape}; give one per link, and one link at least")
+    for link, value in enumerate(numbers, start=1):
+        if not value > 0:
+            raise RangeError(f"the {what} of link {link} is {value:g}; it must be positive", link=link, value=float(value))
+    return numbers
 
 
-PLANAR_3R = PlanarArm("planar_3r", (1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
-PLANAR_4R = PlanarArm("planar_4r", (1.0, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0))
+PLANAR_3R = planar_arm((1.0, 1.0, 1.0))
+PLANAR_4R = planar_arm((1.0, 1.0, 1.0, 1.0))

@@ -10,6 +10,7 @@ from problems.sets import (
     badly_scaled,
     indefinite,
     manufactured,
+    methods,
     near_singular,
     no_minimum,
     not_unique,
@@ -17,6 +18,7 @@ from problems.sets import (
     rank_deficient,
     seven_joint,
     textbook,
+    trajectories,
 )
 from sandbox.errors import UnknownNameError
 from sandbox.problem_set import Group, ProblemSet
@@ -44,6 +46,8 @@ SETS = {
         Row("badly_scaled", "rows, joints, W or a in unfortunate units", badly_scaled.build, 7_000_000),
         Row("planar", "planar 3R and 4R arms, with a gradient", planar.build, 8_000_000),
         Row("seven_joint", "a spherical-revolute-spherical arm, position and pose", seven_joint.build, 9_000_000),
+        Row("methods", "every method of the paper on planar arms, 7R and Panda", methods.build, 10_000_000),
+        Row("trajectories", "control steps along closed paths, cold and warm-started", trajectories.build, 11_000_000),
     )
 }
 

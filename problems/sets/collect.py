@@ -40,16 +40,19 @@ def draw(
         yield drawn._replace(labels={"seed": seed + number, **drawn.labels})
 
 
-def grouped(members: Iterable[Member], tasks: tuple[str, ...]) -> tuple[Group, ...]:
-    """Groups of equal (m, n), weight structure and presence of Wx, in the order of first appearance."""
+def grouped(members: Iterable[Member], tasks: tuple[str, ...], *, sequence: bool = False) -> tuple[Group, ...]:
+    """Groups of equal (m, n), weight structure and presence of Wx, in the order of first appearance.
+
+    sequence : members follow each other along trajectories, as their labels `seed` and `step` say
+    """
     piles: dict[tuple[Any, ...], list[Member]] = {}
     for member in members:
         k = member.W.E.shape[0] if isinstance(member.W, Weight) and member.W.E is not None else None
         piles.setdefault((member.J.shape, k, member.Wx is not None), []).append(member)
-    return tuple(_group(pile, tasks) for pile in piles.values())
+    return tuple(_group(pile, tasks, sequence) for pile in piles.values())
 
 
-def _group(members: list[Member], tasks: tuple[str, ...]) -> Group:
+def _group(members: list[Member], tasks: tuple[str, ...], sequence: bool) -> Group:
     weights = [m.W if isinstance(m.W, Weight) else Weight(m.W) for m in members]
     parts = [
         np.stack([getattr(w, part) for w in weights])
@@ -64,4 +67,4 @@ def _group(members: list[Member], tasks: tuple[str, ...]) -> Group:
         Wx=None if members[0].Wx is None else np.stack([m.Wx for m in members if m.Wx is not None]),
     )
     columns = {name: [m.labels.get(name) for m in members] for name in LABELS}
-    return Group(problem, {name: col for name, col in columns.items() if any(x is not None for x in col)}, tasks)
+    return Group(problem, {name: col for name, col in columns.items() if any(x is not None for x in col)}, tasks, sequence)

@@ -19,6 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sandbox.problem import VelocityProblem
+from sandbox.weight import Weight
+
 Array = np.ndarray
 Generator = np.random.Generator
 
@@ -41,6 +44,14 @@ def _product(A: Array, B: Array) -> Array:
 def short(values: Array) -> Array:
     """`values` to the nearest multiple of 2**-30: what a robot's sines and BLAS leave in the last bits is gone."""
     return np.round(values * 2.0**30) / 2.0**30
+
+
+def shortened(problem: VelocityProblem) -> VelocityProblem:
+    """The same problem with every number to 2**-30."""
+    W = problem.W
+    parts = [short(part) for part in (W.base, W.E, W.gamma) if part is not None]
+    Wx = None if problem.Wx is None else short(problem.Wx)
+    return VelocityProblem(J=short(problem.J), xdot=short(problem.xdot), W=Weight(*parts), a=short(problem.a), Wx=Wx)
 
 
 def symmetrised(A: Array) -> Array:

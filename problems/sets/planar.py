@@ -8,7 +8,8 @@ import numpy as np
 
 from problems.measures.joint_limits import joint_limits_gradient
 from problems.measures.manipulability import manipulability_gradient
-from problems.robots.planar import PLANAR_3R, PLANAR_4R, PlanarArm
+from problems.robots.planar import PLANAR_3R, PLANAR_4R
+from problems.robots.robot import Robot
 from problems.sets import construct as make
 from problems.sets.collect import FULL, Member, draw, grouped
 from sandbox.problem_set import Group
@@ -25,17 +26,16 @@ DAMPED = 2.0**-7  # base weight under an augmented Jacobian (methods M19)
 
 
 class Case(NamedTuple):
-    """Arm, whether the task holds the tip's angle too, W, and f in a = alpha grad f."""
+    """Arm, with its task; W, and f in a = alpha grad f."""
 
-    arm: PlanarArm
-    angle: bool
+    arm: Robot
     W: str
     f: str
 
 
 CASES = tuple(
-    Case(arm, angle, *pair)
-    for arm, angle in ((PLANAR_3R, False), (PLANAR_4R, False), (PLANAR_4R, True))
+    Case(arm, *pair)
+    for arm in (PLANAR_3R, PLANAR_4R, PLANAR_4R.task("planar pose"))
     for pair in (
         ("identity", "joint limits"),
         ("identity", "manipulability"),
@@ -53,10 +53,10 @@ def member(case: Case, rng: np.random.Generator) -> Member:
     """One configuration, one task velocity [m/s, rad/s]."""
     arm = case.arm
     q = make.short(rng.uniform(-ANGLE, ANGLE, arm.n))
-    J = make.short(arm.jacobian(q, angle=case.angle))
+    J = make.short(arm.jacobian(q))
     xdot = make.vector(rng, len(J))
     W, a = _augmented(case, rng) if "augmented" in case.W else (_weight(case, q, rng), _gradient(case, q))
-    task = "position and angle" if case.angle else "position"
+    task = "position and angle" if arm.m == 3 else "position"
     labels = {"robot": arm.name, "q": q.tolist(), "method": case.W, "case": f"{task}; W {case.W}; f {case.f}"}
     return Member(J, xdot, W, a, None, labels)
 
@@ -71,7 +71,7 @@ def _gradient(case: Case, q: Array) -> Array:
     if case.f == "joint limits":
         limit = np.full(case.arm.n, LIMIT)
         return make.short(ALPHA[case.f] * joint_limits_gradient(q, -limit, limit))
-    J, dJ = case.arm.jacobian(q, angle=case.angle), case.arm.jacobian_derivative(q, angle=case.angle)
+    J, dJ = case.arm.jacobian(q), case.arm.jacobian_derivative(q)
     return make.short(ALPHA[case.f] * manipulability_gradient(J, dJ))
 
 
@@ -79,7 +79,7 @@ def _augmented(case: Case, rng: np.random.Generator) -> tuple[Weight, Array]:
     """Eqs. (8), (9): W = E'Gamma E, a = -E'Gamma gbar; one secondary function for each degree of redundancy."""
     n = case.arm.n
     first, tip = np.eye(n)[:1], np.ones((1, n))  # g = q_1, and g = q_1 + ... + q_n: the tip's angle
-    E = first if case.angle else tip if n == 3 else np.vstack([first, tip])
+    E = first if case.arm.m == 3 else tip if n == 3 else np.vstack([first, tip])
     gamma, gbar = rng.uniform(0.5, 2.0, len(E)), make.vector(rng, len(E))
     base = (DAMPED if case.W.startswith("damped") else 0.0) * np.eye(n)
     return Weight(base, E, gamma), -make.product(E.T, gamma * gbar)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from problems.measures.joint_limits import joint_limits_gradient
-from problems.robots.seven_joint import SEVEN_JOINT as ARM
+from problems.robots.robot import Robot
+from problems.robots.seven_joint import SEVEN_JOINT
 from problems.sets import construct as make
 from problems.sets.collect import FULL, Member, draw, grouped
 from sandbox.problem_set import Group
@@ -20,16 +21,16 @@ ALPHA = 0.5  # of the joint-limit gradient [rad^2/s]
 
 
 class Case(NamedTuple):
-    """Whether the task is the full pose, W, and f in a = alpha grad f."""
+    """Arm, with its task; W, and f in a = alpha grad f."""
 
-    pose: bool
+    arm: Robot
     W: str
     f: str
 
 
 CASES = tuple(
-    Case(pose, W, f)
-    for pose in (False, True)
+    Case(arm, W, f)
+    for arm in (SEVEN_JOINT.task("position"), SEVEN_JOINT.task("pose"))
     for W in ("identity", "inertia", "inertia without load", "random")
     for f in ("nothing", "joint limits")
 )
@@ -37,22 +38,23 @@ CASES = tuple(
 
 def member(case: Case, rng: np.random.Generator) -> Member:
     """One configuration within nine tenths of the limits, one task velocity [m/s, rad/s]."""
-    limits = np.array(ARM.limits)
-    q = make.short(rng.uniform(-0.9, 0.9, ARM.n) * limits)
-    J = make.short(ARM.jacobian(q, pose=case.pose))
+    arm = case.arm
+    q = make.short(rng.uniform(-0.9, 0.9, arm.n) * arm.upper)
+    J = make.short(arm.jacobian(q))
     xdot = make.vector(rng, len(J))
-    a = make.short(ALPHA * joint_limits_gradient(q, -limits, limits)) if case.f == "joint limits" else np.zeros(ARM.n)
-    task = "pose" if case.pose else "position"
-    labels = {"robot": ARM.name, "q": q.tolist(), "method": case.W, "case": f"{task}; W {case.W}; f {case.f}"}
+    a = make.short(ALPHA * joint_limits_gradient(q, arm.lower, arm.upper)) if case.f == "joint limits" else np.zeros(arm.n)
+    task = "pose" if arm.m == 6 else "position"
+    labels = {"robot": arm.name, "q": q.tolist(), "method": case.W, "case": f"{task}; W {case.W}; f {case.f}"}
     return Member(J, xdot, _weight(case, q, J, rng), a, None, labels)
 
 
 def _weight(case: Case, q: Array, J: Array, rng: np.random.Generator) -> Array:
+    n = case.arm.n
     if case.W == "identity":
-        return np.eye(ARM.n)
+        return np.eye(n)
     if case.W == "random":
-        return make.positive_definite(rng, ARM.n)
-    M = ARM.inertia(q)
+        return make.positive_definite(rng, n)
+    M = case.arm.inertia(q)
     if case.W == "inertia without load":  # M - c J'J: the same motion (methods M16), and indefinite for this c,
         # since c sigma_1(J)^2 >= c tr(JJ')/m = 2 tr M exceeds v'Mv for the unit vector v that J stretches most
         M = M - 2 * len(J) * np.trace(M) / np.sum(J * J) * J.T @ J

@@ -6,7 +6,7 @@ says nothing of H or A the promise is None, and with nothing said at all the quo
 
 from __future__ import annotations
 
-from sandbox.backends.backend import Backend, Promise
+from sandbox.backends.backend import Backend, Promise, WarmStart
 
 SILENCE = Promise(None, None, "", "", "")
 """The documentation says nothing of H or A."""
@@ -89,18 +89,45 @@ _IPOPT = Promise(
     "https://coin-or.github.io/Ipopt", "3.14",
 )  # fmt: skip
 
+_INITVALS = WarmStart(
+    "initvals",
+    "Primal candidate vector :math:`x` values used to warm-start the solver.",
+    "qpsolvers.solve_problem.solve_problem, docstring", "4.13.0",
+)  # fmt: skip
+_INITVALS_AND_Y = WarmStart(
+    "initvals, y",
+    f"{_INITVALS.quote} [...] Warm start value for the dual Lagrange multiplier for equality constraints.",
+    f"{_INITVALS.source}; qpsolvers.solvers.proxqp_.proxqp_solve_problem, docstring", "4.13.0",
+)  # fmt: skip
+_SOLVE_XYZ = WarmStart(
+    "QP.solve(x, y, z)",
+    "function used for solving the QP problem, when passing a warm start.",
+    "proxsuite.proxqp.dense.QP.solve, docstring", "0.8.0",
+)  # fmt: skip
+_CONIC_X0 = WarmStart("x0, lam_a0", "dense, (n x 1), initial guess, default 0", "casadi.conic, docstring", "3.8.2")
+_NLPSOL_X0 = WarmStart("x0, lam_g0", "Decision variables, initial guess (nx x 1),", "casadi.nlpsol_in, docstring", "3.8.2")
+_X0 = WarmStart("x0", "Initial guess. Array of real elements of size (n,)", "scipy.optimize.minimize, docstring", "1.17.1")
+
 _ADMM = "operator splitting (ADMM), first order"
 _PALM = "proximal augmented Lagrangian"
 _IPM = "interior point"
 _ACTIVE = "active set"
 
 
+def _proxsuite(engine: str) -> Backend:
+    return Backend(
+        f"proxsuite:{engine}", "proxsuite", engine, "BSD-2-Clause", _PALM, _PROXQP, install="pip install proxsuite",
+        start=_SOLVE_XYZ,
+    )  # fmt: skip
+
+
 def _qpsolvers(
-    engine: str, licence: str, method: str, promise: Promise, *, without_rows: bool = True, package: str = ""
-) -> Backend:
+    engine: str, licence: str, method: str, promise: Promise, *, without_rows: bool = True, package: str = "",
+    start: WarmStart | None = None,
+) -> Backend:  # fmt: skip
     return Backend(
         f"qpsolvers:{engine}", "qpsolvers", engine, licence, method, promise, without_rows=without_rows,
-        install=f"pip install qpsolvers {package or engine}",
+        install=f"pip install qpsolvers {package or engine}", start=start,
     )  # fmt: skip
 
 
@@ -118,29 +145,31 @@ def _cvxpy(engine: str, licence: str, method: str, package: str = "", *, without
 
 def _casadi(
     engine: str, licence: str, method: str, promise: Promise = _CONIC, *, message: str = "", sampled: bool = False,
-    without_rows: bool = True,
+    without_rows: bool = True, start: WarmStart | None = None,
 ) -> Backend:  # fmt: skip
     return Backend(
         f"casadi:{engine}", "casadi", engine, licence, method, promise, "loads but fails" if message else "runs", message,
-        without_rows, sampled, "pip install casadi",
+        without_rows, sampled, "pip install casadi", start,
     )  # fmt: skip
 
 
 _ROWS = (
-    Backend("osqp", "osqp", "osqp", "Apache-2.0", _ADMM, _OSQP, install="pip install osqp"),
-    Backend("proxsuite:dense", "proxsuite", "dense", "BSD-2-Clause", _PALM, _PROXQP, install="pip install proxsuite"),
-    Backend("proxsuite:sparse", "proxsuite", "sparse", "BSD-2-Clause", _PALM, _PROXQP, install="pip install proxsuite"),
+    Backend(
+        "osqp", "osqp", "osqp", "Apache-2.0", _ADMM, _OSQP, install="pip install osqp", start=WarmStart("OSQP.warm_start(x, y)")
+    ),
+    _proxsuite("dense"),
+    _proxsuite("sparse"),
     _qpsolvers("clarabel", "Apache-2.0", _IPM, _QPSOLVERS, without_rows=False),
     _qpsolvers("cvxopt", "GPL-3.0-or-later", f"{_IPM}; here one factorisation", _CVXOPT),
     _qpsolvers("daqp", "MIT", f"dual {_ACTIVE}", _DAQP),
     _qpsolvers("ecos", "GPL-3.0-or-later", f"{_IPM} on the cone form", _ECOS),
     _qpsolvers("highs", "MIT", f"primal {_ACTIVE}", _HIGHS, package="highspy"),
-    _qpsolvers("osqp", "Apache-2.0", _ADMM, _OSQP_HERE),
+    _qpsolvers("osqp", "Apache-2.0", _ADMM, _OSQP_HERE, start=_INITVALS),
     _qpsolvers("piqp", "BSD-2-Clause", f"proximal {_IPM}", _PIQP),
-    _qpsolvers("proxqp", "BSD-2-Clause", _PALM, _QPSOLVERS, package="proxsuite"),
+    _qpsolvers("proxqp", "BSD-2-Clause", _PALM, _QPSOLVERS, package="proxsuite", start=_INITVALS_AND_Y),
     _qpsolvers("qpalm", "LGPL-3.0-or-later", _PALM, _QPSOLVERS),
     _qpsolvers("quadprog", "GPL-2.0-or-later", f"dual {_ACTIVE} (Goldfarb-Idnani)", _QUADPROG),
-    _qpsolvers("scs", "MIT", f"{_ADMM}, on the cone form", _SCS, without_rows=False),
+    _qpsolvers("scs", "MIT", f"{_ADMM}, on the cone form", _SCS, without_rows=False, start=_INITVALS),
     *_cvxpy("CLARABEL", "Apache-2.0", _IPM),
     *_cvxpy("CVXOPT", "GPL-3.0-or-later", f"{_IPM} on the cone form"),
     *_cvxpy("DAQP", "MIT", f"dual {_ACTIVE}"),
@@ -151,14 +180,14 @@ _ROWS = (
     *_cvxpy("PROXQP", "BSD-2-Clause", _PALM, "proxsuite"),
     *_cvxpy("QPALM", "LGPL-3.0-or-later", _PALM),
     *_cvxpy("SCS", "MIT", f"{_ADMM}, on the cone form", without_rows=False),
-    _casadi("qrqp", "LGPL-3.0-or-later", f"primal-dual {_ACTIVE}"),
-    _casadi("osqp", "Apache-2.0", _ADMM),
+    _casadi("qrqp", "LGPL-3.0-or-later", f"primal-dual {_ACTIVE}", start=_CONIC_X0),
+    _casadi("osqp", "Apache-2.0", _ADMM, start=_CONIC_X0),
     _casadi("highs", "MIT", f"primal {_ACTIVE}"),
     _casadi("ipqp", "LGPL-3.0-or-later", f"{_IPM} (Mehrotra)"),
     _casadi("proxqp", "BSD-2-Clause", _PALM),
     _casadi("qpoases", "LGPL-2.1-or-later", f"online {_ACTIVE}"),
     _casadi("daqp", "MIT", f"dual {_ACTIVE}"),
-    _casadi("fatrop", "LGPL-3.0-or-later", f"{_IPM} for optimal control"),
+    _casadi("fatrop", "LGPL-3.0-or-later", f"{_IPM} for optimal control", start=_CONIC_X0),
     _casadi("piqp", "BSD-2-Clause", f"proximal {_IPM}"),
     _casadi(
         "hpipm",
@@ -168,13 +197,20 @@ _ROWS = (
         without_rows=False,  # it dies of SIGSEGV there
     ),
     _casadi("clp", "EPL-2.0", "simplex", message="Not an LP"),
-    _casadi("ipopt", "EPL-2.0", f"{_IPM}, nonlinear", _IPOPT, sampled=True),
-    _casadi("sqpmethod", "LGPL-3.0-or-later", "sequential quadratic programming", SILENCE, sampled=True),
+    _casadi("ipopt", "EPL-2.0", f"{_IPM}, nonlinear", _IPOPT, sampled=True, start=_NLPSOL_X0),
+    _casadi("sqpmethod", "LGPL-3.0-or-later", "sequential quadratic programming", SILENCE, sampled=True, start=_NLPSOL_X0),
     Backend(
         "numpy:lstsq", "numpy", "lstsq", "BSD-3-Clause", "least squares on the KKT system", SILENCE, install="pip install numpy"
     ),
     Backend(
-        "scipy:slsqp", "scipy", "slsqp", "BSD-3-Clause", "sequential least squares, BFGS", SILENCE, install="pip install scipy"
+        "scipy:slsqp",
+        "scipy",
+        "slsqp",
+        "BSD-3-Clause",
+        "sequential least squares, BFGS",
+        SILENCE,
+        install="pip install scipy",
+        start=_X0,
     ),
     Backend(
         "scipy:trust-constr",
@@ -185,6 +221,7 @@ _ROWS = (
         SILENCE,
         sampled=True,
         install="pip install scipy",
+        start=_X0,
     ),
 )
 

@@ -42,12 +42,28 @@ class Promise:
 
 
 @dataclass(frozen=True)
+class WarmStart:
+    """How an engine is handed a starting point.
+
+    by : the parameters, or the call, that take it
+    quote, source, version : the documentation's sentence, where it stands, and the version it was read for; "" where
+        the name is all it says
+    """
+
+    by: str
+    quote: str = ""
+    source: str = ""
+    version: str = ""
+
+
+@dataclass(frozen=True)
 class Backend:
     """One row of the table: an engine as one library reaches it.
 
     licence : SPDX expression of the engine, as shipped.
     expected, message : what the reference environment shows; `message` is part of what a row that fails says.
     without_rows : it takes a QP with no equality rows itself.
+    start : how it takes a starting point; None where its interface has none, or heeds none.
     sampled : slow; sees every tenth problem of each set in the standard run.
     install : the line that installs it; package : where the library's file stands.
     """
@@ -63,7 +79,13 @@ class Backend:
     without_rows: bool = True
     sampled: bool = False
     install: str = ""
+    start: WarmStart | None = None
     package: str = "sandbox.backends"
+
+    @property
+    def warm(self) -> bool:
+        """Whether it can be started from an earlier answer."""
+        return self.start is not None
 
     @property
     def module(self) -> str:
@@ -96,13 +118,31 @@ class Answer(NamedTuple):
     solve_time: float
 
 
-Solve = Callable[[Array, Array, Array, Array], Answer]
+class Start(NamedTuple):
+    """Where an engine is to start: x (n,) and y (p,), finite; an engine that takes no y heeds x alone."""
+
+    x: Array
+    y: Array
+
+    @classmethod
+    def after(cls, status: Status, x: Any, y: Any, n: int, p: int) -> Start | None:
+        """An answer to one problem as the start of the next; None unless it was solved and is finite and whole."""
+        parts = np.asarray(x), np.asarray(y)
+        if status is not Status.SOLVED or [part.shape for part in parts] != [(n,), (p,)]:
+            return None
+        if any(part.dtype.kind not in "fiu" or not np.isfinite(part).all() for part in parts):
+            return None
+        return cls(*(np.array(part, dtype=float) for part in parts))
+
+
+Solve = Callable[..., Answer]
+"""solve(H (n, n), g (n,), A (p, n), b (p,)), p may be 0; a backend that can be warm takes a Start as fifth argument."""
 
 
 class Engine(NamedTuple):
-    """An engine ready to solve: each call is cold and independent of those before it.
+    """An engine ready to solve: nothing is left of the calls before, and without a Start a call is cold.
 
-    solve(H (n, n), g (n,), A (p, n), b (p,)), p may be 0; settings: the effective ones, as JSON;
+    solve: see Solve; settings: the effective ones, as JSON;
     eps: effective (primal absolute, primal relative, dual absolute, dual relative) stopping tolerances,
     zeros for an engine that factors or follows an active set and has none.
     """
@@ -117,17 +157,17 @@ class Engine(NamedTuple):
 def guarded(solve: Solve) -> Solve:
     """`solve` made unable to raise: what the engine throws becomes a refusal, what it warns joins its words."""
 
-    def solve_or_refuse(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = time.perf_counter()
+    def solve_or_refuse(*given: Any) -> Answer:
+        begun = time.perf_counter()
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always")
             try:
-                answer = solve(H, g, A, b)
+                answer = solve(*given)
             except (KeyboardInterrupt, SystemExit):
                 raise
             except BaseException as error:  # a panic of a Rust engine derives from BaseException only
                 words = f"{type(error).__name__}: {' '.join(str(error).split())}"
-                answer = Answer(None, None, status_of(words), words, None, time.perf_counter() - start, 0.0)
+                answer = Answer(None, None, status_of(words), words, None, time.perf_counter() - begun, 0.0)
         if heard:
             told = dict.fromkeys(" ".join(str(warning.message).split()) for warning in heard)
             answer = answer._replace(said="; ".join([*filter(None, [answer.said]), *told]))

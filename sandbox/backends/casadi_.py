@@ -20,6 +20,9 @@ A           documentation silent
 y           ours: Hx + g + A'y = 0
 cold        qpoases and osqp carry their working set and step size from call to call, so every solve gets
             a function of its own; its making is build time
+warm        x0 and lam_a0 (nonlinear: lam_g0); measured, qrqp, osqp, ipqp, fatrop, ipopt and sqpmethod heed them, highs,
+            qpoases, daqp, piqp and proxqp do not (whose warm_start_primal, by default true, has no effect on a new
+            function); ipqp stays cold because its first answer is NaN
 left out    superscs: takes 0.6 s to give up on an indefinite H, and 0.4 off with success where there are no rows
 documents   https://web.casadi.org/docs and casadi.doc_conic(plug-in)
 """
@@ -32,7 +35,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, Solve, status_of, version
+from sandbox.backends.backend import Answer, Array, Engine, Solve, Start, status_of, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
 
@@ -164,21 +167,23 @@ def _conic(engine: str, options: dict[str, Any]) -> Solve:
 
     patterns: dict[tuple[int, int], dict[str, Any]] = {}
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         p, n = A.shape
         if (n, p) not in patterns:
             patterns[n, p] = {"h": casadi.Sparsity.dense(n, n), "a": casadi.Sparsity.dense(p, n)}
         function = casadi.conic("qp", engine, patterns[n, p], options)
         right = casadi.DM(b)
         data = {"h": casadi.DM(H), "g": casadi.DM(g), "a": casadi.DM(A), "lba": right, "uba": right}
+        if start is not None:
+            data |= {"x0": casadi.DM(start.x), "lam_a0": casadi.DM(start.y)}
         built = perf_counter()
         result = function.call(data)
         done = perf_counter()
         stats = function.stats()
         status, said = _status(engine, stats)
         x, y = np.array(result["x"]).ravel(), np.array(result["lam_a"]).ravel()
-        return Answer(x, y, status, said, _iterations(engine, stats), built - start, done - built)
+        return Answer(x, y, status, said, _iterations(engine, stats), built - begun, done - built)
 
     return solve
 
@@ -186,19 +191,20 @@ def _conic(engine: str, options: dict[str, Any]) -> Solve:
 def _nonlinear(engine: str, options: dict[str, Any]) -> Solve:
     import casadi
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         x = casadi.SX.sym("x", len(g))
         problem = {"x": x, "f": 0.5 * casadi.bilin(casadi.DM(H), x, x) + casadi.dot(casadi.DM(g), x)}
         if len(b):
             problem["g"] = casadi.DM(A) @ x
         function = casadi.nlpsol("nlp", engine, problem, options)
         built = perf_counter()
-        result = function(x0=0, lbg=b, ubg=b) if len(b) else function(x0=0)
+        guess = {"x0": 0} if start is None else {"x0": start.x, "lam_g0": start.y}
+        result = function(**guess, lbg=b, ubg=b) if len(b) else function(**guess)
         done = perf_counter()
         stats = function.stats()
         status, said = _status(engine, stats)
         found, y = np.array(result["x"]).ravel(), np.array(result["lam_g"]).ravel()
-        return Answer(found, y, status, said, _iterations(engine, stats), built - start, done - built)
+        return Answer(found, y, status, said, _iterations(engine, stats), built - begun, done - built)
 
     return solve

@@ -17,6 +17,7 @@ H           refused by the rules of disciplined convex programming unless positi
 1e-9        CVXOPT gives up on most problems there ("unknown", which cvxpy calls solver_error)
 A           as the engine; CVXOPT's redundant rows are removed beforehand
 y           ours: Hx + g + A'y = 0
+warm        warm_start=True re-uses the solver of the same problem object; built anew, there is none
 built anew  a parametrised problem would need H declared positive semidefinite, which is what is at stake;
             compiling (some milliseconds) is build time
 documents   https://www.cvxpy.org

@@ -3,6 +3,7 @@
 method      [H A'; A 0] (x, y) = (-g, b) by numpy.linalg.lstsq (singular values, smallest-norm solution)
 H           any symmetric: a stationary point is all it looks for, minimum or not
 A           any; dependent rows give the y of smallest norm, inconsistent ones a compromise
+warm        nothing to start
 default     rcond = machine epsilon times the size; it factors, so there is no stopping tolerance
 y           ours: Hx + g + A'y = 0
 documents   https://numpy.org/doc/stable/reference/generated/numpy.linalg.lstsq.html

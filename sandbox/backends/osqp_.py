@@ -5,6 +5,7 @@ H           positive semidefinite; a factorisation at set-up refuses some indefi
 A           any; no assumption on the rank
 default     eps_abs = eps_rel = 1e-3, at most 4000 iterations; a duality gap is checked too
 y           ours: Hx + g + A'y = 0
+warm        warm_start(x, y) after the set-up
 documents   https://osqp.org/docs
 """
 
@@ -14,7 +15,7 @@ from time import perf_counter
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, attributes, version
+from sandbox.backends.backend import Answer, Array, Engine, Start, attributes, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
 
@@ -39,18 +40,20 @@ def open_engine(engine: str, settings: str) -> Engine:
 
     options = {} if settings == "default" else {"eps_abs": ASKED[settings], "eps_rel": 0.0}
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         engine = osqp.OSQP()
         if len(b):
             engine.setup(csc_matrix(H), g, csc_matrix(A), b, b, verbose=False, **options)
         else:
             engine.setup(csc_matrix(H), g, None, None, None, verbose=False, **options)
+        if start is not None:
+            engine.warm_start(*start)
         built = perf_counter()
         result = engine.solve(raise_error=False)
         done = perf_counter()
         status = STATUS.get(int(result.info.status_val), Status.FAILED)
-        return Answer(result.x, result.y, status, result.info.status, int(result.info.iter), built - start, done - built)
+        return Answer(result.x, result.y, status, result.info.status, int(result.info.iter), built - begun, done - built)
 
     probe = osqp.OSQP()
     probe.setup(csc_matrix(np.eye(1)), np.ones(1), csc_matrix(np.eye(1)), np.ones(1), np.ones(1), verbose=False, **options)

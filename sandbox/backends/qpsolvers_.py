@@ -18,6 +18,9 @@ quadprog    dual active set (Goldfarb-Idnani)    pd                       silent
 scs         operator splitting on the cone form  psd                      silent     eps_abs = eps_rel = 1e-4
 
 y           ours for all: Hx + g + A'y = 0 (qpsolvers turns those of quadprog and HiGHS)
+warm        initvals, which is x: osqp, proxqp (its y as well), scs (from slacks and multipliers 0, so it saves little);
+            daqp takes it for a guess of the active rows, and equality rows always are; qpalm drops it, whatever its
+            documentation says; the others ignore it
 no rows     qpsolvers answers clarabel's and scs's with SciPy's LSQR: not these engines, so not asked
 reasons     qpsolvers passes DAQP's exit flag and HiGHS's model status on as found or not found; they are
             read from the engine's own return here, the answer itself is qpsolvers'
@@ -34,7 +37,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, attributes, plain, status_of, version
+from sandbox.backends.backend import Answer, Array, Engine, Start, attributes, plain, status_of, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED, UNIT
 
@@ -108,18 +111,21 @@ def open_engine(engine: str, settings: str) -> Engine:
     quiet: dict[str, Any] = {"raise_error": False} if engine == "osqp" else {}  # its default; unsaid, OSQP warns of it
     outcome = OUTCOMES[engine]
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         rows = (form(A), np.array(b)) if len(b) else (None, None)
         problem = qpsolvers.Problem(form(H), np.array(g), None, None, *rows)
         built = perf_counter()
-        solution = qpsolvers.solve_problem(problem, engine, **options, **quiet)
+        guess: dict[str, Any] = {} if start is None else {"initvals": start.x}
+        if start is not None and engine == "proxqp":
+            guess["y"] = start.y  # without it qpsolvers starts y at 0
+        solution = qpsolvers.solve_problem(problem, engine, **guess, **options, **quiet)
         done = perf_counter()
         solve_time = solution.solve_time if solution.solve_time is not None else done - built
         status, said, iterations = outcome(solution, kept)
         y = np.empty(0) if not len(b) and solution.x is not None else solution.y
         y = None if y is None else np.asarray(y, dtype=float)
-        return Answer(solution.x, y, status, said, iterations, done - start - solve_time, solve_time)
+        return Answer(solution.x, y, status, said, iterations, done - begun - solve_time, solve_time)
 
     taken, eps = _effective(engine, options)
     return Engine(solve, taken, eps, version("qpsolvers"), _engine_version(engine))

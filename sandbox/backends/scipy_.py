@@ -6,7 +6,9 @@ H           documentation silent: general nonlinear minimisers
 A           documentation silent
 default     slsqp ftol = 1e-6, at most 100 iterations; trust-constr gtol = xtol = 1e-8, at most 1000
 y           trust-constr ours, Hx + g + A'y = 0; slsqp the opposite, turned here
-start       x = 0
+cold        x0 = 0
+warm        x0; neither takes multipliers. slsqp stops on the last change of the objective, which is small from the start
+            when it begins near the minimiser: it then stops early
 documents   https://docs.scipy.org/doc/scipy/reference/generated/scipy.optimize.minimize.html
 """
 
@@ -17,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Array, Engine, Solve, version
+from sandbox.backends.backend import Answer, Array, Engine, Solve, Start, version
 from sandbox.solution import Status
 from sandbox.tolerances import ASKED
 
@@ -51,13 +53,13 @@ def open_engine(engine: str, settings: str) -> Engine:
 def _slsqp(options: dict[str, Any]) -> Solve:
     from scipy.optimize import minimize
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         rows = [{"type": "eq", "fun": lambda x: A @ x - b, "jac": lambda x: A}] if len(b) else []
         built = perf_counter()
         result = minimize(
             lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g),
-            np.zeros(len(g)),
+            np.zeros(len(g)) if start is None else start.x,
             jac=True,
             method="SLSQP",
             constraints=rows,
@@ -66,7 +68,7 @@ def _slsqp(options: dict[str, Any]) -> Solve:
         done = perf_counter()
         status = SLSQP.get(int(result.status), Status.FAILED)
         y = -np.asarray(result.multipliers) if "multipliers" in result else None
-        return Answer(result.x, y, status, result.message, int(result.nit), built - start, done - built)
+        return Answer(result.x, y, status, result.message, int(result.nit), built - begun, done - built)
 
     return solve
 
@@ -74,13 +76,13 @@ def _slsqp(options: dict[str, Any]) -> Solve:
 def _trust_constr(options: dict[str, Any]) -> Solve:
     from scipy.optimize import LinearConstraint, minimize
 
-    def solve(H: Array, g: Array, A: Array, b: Array) -> Answer:
-        start = perf_counter()
+    def solve(H: Array, g: Array, A: Array, b: Array, start: Start | None = None) -> Answer:
+        begun = perf_counter()
         rows = [LinearConstraint(A, b, b)] if len(b) else []
         built = perf_counter()
         result = minimize(
             lambda x: (0.5 * (x @ (Hx := H @ x)) + g @ x, Hx + g),
-            np.zeros(len(g)),
+            np.zeros(len(g)) if start is None else start.x,
             jac=True,
             hess=lambda x: H,
             method="trust-constr",
@@ -90,6 +92,6 @@ def _trust_constr(options: dict[str, Any]) -> Solve:
         done = perf_counter()
         status = TRUST_CONSTR.get(int(result.status), Status.FAILED)
         y = np.asarray(result.v[0]) if len(b) else np.empty(0)
-        return Answer(result.x, y, status, result.message, int(result.nit), built - start, done - built)
+        return Answer(result.x, y, status, result.message, int(result.nit), built - begun, done - built)
 
     return solve

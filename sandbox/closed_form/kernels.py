@@ -155,6 +155,19 @@ def null_vectors(A: Array, m: int, N: Array) -> None:
             N[i, c] = -s / A[i, i]
 
 
+def substitute(A: Array, p: Array, b: Array, x: Array) -> None:
+    """Forward and back-substitution with the square LU in A; overwrites b, x is in the order of the joints."""
+    n = A.shape[0]
+    for i in range(n):
+        for k in range(i):
+            b[i] = b[i] - A[i, k] * b[k]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] = b[i] - A[i, k] * b[k]
+        b[i] = b[i] / A[i, i]
+        x[p[i]] = b[i]
+
+
 def weigh_row(W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int, p: Array, t: Array, row: Array) -> None:
     """Row c of N'W, through the factors: N'base + (N'E') Gamma E; t (2, k) is work space."""
     n = N.shape[0]
@@ -218,14 +231,18 @@ def eq6(
         for i in range(m):
             s = s + N[i, c] * gradf[p[i]]
         b[m + c] = -(alpha * s)
-    for i in range(n):
-        for k in range(i):
-            b[i] = b[i] - A[i, k] * b[k]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            b[i] = b[i] - A[i, k] * b[k]
-        b[i] = b[i] / A[i, i]
-        x[p[i]] = b[i]
+    substitute(A, p, b, x)
+    return SOLVED
+
+
+def eq6_implicit(rows: Array, b: Array, A: Array, p: Array, x: Array) -> int:
+    """Eq. (6) from its rows [J; N'W] and right side b = [xdot; -N'a], W and a unseen; b is overwritten.
+
+    N is anything that spans null J, so the rows N'W are pivoted too and their pivots decide nothing.
+    """
+    if not factor_rows(rows, A, p):
+        return CURVATURE
+    substitute(A, p, b, x)
     return SOLVED
 
 
@@ -405,6 +422,32 @@ def eq6_stack(
             pivot_roundings(W[i], E[i], gamma[i], weighted, A, N, p, m, G, X, w, v, d, bound[i])
             for j in range(n):
                 pivot[i, j] = A[j, j]
+
+
+def eq6_implicit_stack(rows: Array, b: Array, x: Array, code: Array) -> None:
+    """Eq. (6) from rows (B, n, n) and right sides b (B, n), which it overwrites."""
+    A = np.empty(rows.shape[1:], rows.dtype)
+    p = np.empty(rows.shape[2], np.int64)
+    for i in range(rows.shape[0]):
+        code[i] = eq6_implicit(rows[i], b[i], A, p, x[i])
+
+
+def null_basis_stack(J: Array, N: Array, code: Array) -> None:
+    """Null vectors N (B, n, n - m) of every J (B, m, n), the identity on the joints that no row pivots on."""
+    m, n = J.shape[1:]
+    A = np.empty((m, n), J.dtype)
+    p = np.empty(n, np.int64)
+    Z = np.zeros((n, n - m), J.dtype)
+    for c in range(n - m):
+        Z[m + c, c] = 1
+    for i in range(J.shape[0]):
+        code[i] = RANK
+        if factor_rows(J[i], A, p):
+            code[i] = SOLVED
+            null_vectors(A, m, Z)
+            for j in range(n):
+                for c in range(n - m):
+                    N[i, p[j], c] = Z[j, c]
 
 
 def cholesky_stack(A: Array, code: Array) -> None:

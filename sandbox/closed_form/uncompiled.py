@@ -45,6 +45,15 @@ def eq6_on(
     return code, x, y, np.diagonal(A).copy()
 
 
+def eq6_implicit_on(number: Callable[[Any], Any], J: Any, xdot: Any, NtW: Any, Nta: Any) -> tuple[int, Array]:
+    """(code, x) of eq. (6) on one problem of which only N'W (k, n) and N'a (k,) are known."""
+    rows = _of(number, np.concatenate([np.asarray(J), np.asarray(NtW)]))
+    b = np.concatenate([_of(number, xdot), [-entry for entry in _of(number, Nta)]])
+    n = rows.shape[1]
+    x, p = _zeros(number, n), np.zeros(n, dtype=int)
+    return kernels.eq6_implicit(rows, b, _zeros(number, n, n), p, x), x
+
+
 def eq2_5_on(number: Callable[[Any], Any], J: Any, xdot: Any, W: Any, gradf: Any, alpha: Any = 1) -> tuple[int, Array, Array]:
     """(code, x, y) of eqs. (2)-(5) on one problem; W None is the identity."""
     J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)

@@ -8,17 +8,19 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import metadata
 
 import numpy as np
 import pytest
 
 from sandbox.backends import BACKENDS
-from sandbox.backends.backend import Backend, Engine
+from sandbox.backends.backend import Backend, Engine, Start, WarmStart
 from sandbox.qp import QP
 from sandbox.solution import STATUSES, Status
 from sandbox.tolerances import ASKED, CONFORMANCE_FLOOR, CONFORMANCE_ROUNDING, CONFORMANCE_SLACK
 from sandbox.worker import Answers, Workers
+from tests.trajectories import lines
 
 Array = np.ndarray
 
@@ -37,16 +39,23 @@ DEAF = ("casadi:fatrop",)
 KNOWN = {"casadi:ipqp": "says success with x = NaN where there are two or more equality rows"}
 """Where reality falls short of the suite: when a version mends it, the strict xfail says so."""
 
+GARBAGE, FAR = 1e3, 1e6
+"""Entries of a starting point that is wrong, and of one so far off that its rounding shows in the answer."""
+
+FEWER = ("osqp", "qpsolvers:osqp")
+"""They need fewer iterations where they start near the answer. The others factor, or begin with a whole solve; SCS, given
+x alone, starts its slacks and multipliers at 0."""
+
 pytestmark = pytest.mark.conformance
 
 
-def rows(expected: str, *, known: bool = False, without_rows: bool = False) -> list[object]:
-    """The backends of which the table says `expected`, as parameters."""
+def rows(expected: str, *, known: bool = False, without_rows: bool = False, warm: bool | None = None) -> list[object]:
+    """The backends of which the table says `expected`, as parameters; those that can be warm, cannot, or (None) all."""
     marks = {name: [pytest.mark.xfail(strict=True, reason=reason)] for name, reason in KNOWN.items() if known}
     return [
         pytest.param(row, id=name, marks=marks.get(name, []))
         for name, row in BACKENDS.items()
-        if row.expected == expected and (row.without_rows or not without_rows)
+        if row.expected == expected and (row.without_rows or not without_rows) and warm in (None, row.warm)
     ]
 
 
@@ -159,6 +168,72 @@ def test_without_rows(row: Backend, workers: Workers) -> None:
     answers = workers.solve(row.name, qp, settings=REACHED, time_limit=TIME_LIMIT)
     assert_solved(row, answers, qp, range(1))
     assert answers.y.shape == (1, 0)
+
+
+def solution(qp: QP, i: int) -> Start:
+    """Right x and y of member `i`."""
+    z = np.linalg.solve(*kkt(qp, i))
+    return Start(z[: qp.n], z[qp.n :])
+
+
+@pytest.mark.parametrize("place", ["right", "wrong"])
+@pytest.mark.parametrize("row", rows("runs", warm=True))
+def test_warm(row: Backend, place: str, workers: Workers) -> None:
+    """Started from the right answer or from garbage, a backend that can be warm answers rightly."""
+    present(row)
+    for seed, n, p in ((1, 7, 6), (6, 5, 2), (4, 5, 0)):
+        if p == 0 and not row.without_rows:
+            continue
+        qp = stack(convex(seed, n, p))
+        start = solution(qp, 0) if place == "right" else Start(np.full(n, GARBAGE), np.full(p, GARBAGE))
+        answers = workers.solve(row.name, qp, settings=REACHED, time_limit=TIME_LIMIT, start=start)
+        assert_solved(row, answers, qp, range(1))
+
+
+def heeds(row: Backend, workers: Workers) -> bool:
+    """Whether the answer or the number of iterations depends on where the engine is started.
+
+    At low accuracy: what an engine stops at early still shows where it came from.
+    """
+    qp = stack(convex(6, 5, 2))
+    right, far = solution(qp, 0), Start(np.full(5, FAR), np.full(2, FAR))
+    cold, *others = (
+        workers.solve(row.name, qp, settings="low_accuracy", time_limit=TIME_LIMIT, start=start) for start in (None, right, far)
+    )
+    assert np.isfinite(cold.x).all()
+    return any(
+        not np.abs(other.x - cold.x).max() <= CONFORMANCE_ROUNDING or other.iterations != cold.iterations for other in others
+    )
+
+
+@pytest.mark.parametrize("row", rows("runs", warm=True))
+def test_a_starting_point_is_heeded(row: Backend, workers: Workers) -> None:
+    """What the table says can be warm depends on where it is started."""
+    present(row)
+    assert heeds(row, workers)
+
+
+@pytest.mark.parametrize(
+    "row", [row for row in rows("runs", known=True, warm=False) if row.values[0].library in ("qpsolvers", "casadi")]
+)
+def test_the_others_heed_none(row: Backend, workers: Workers, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Given a starting point all the same, an engine that the table calls cold does not look at it."""
+    present(row)
+    monkeypatch.setitem(BACKENDS, row.name, replace(row, start=WarmStart("tried")))
+    assert not heeds(BACKENDS[row.name], workers)
+
+
+@pytest.mark.parametrize("name", FEWER)
+def test_warm_takes_fewer_iterations(name: str, workers: Workers) -> None:
+    """Along a smooth path an iterative engine needs fewer iterations in all when each starts from the one before."""
+    present(BACKENDS[name])
+    problem = lines(3, steps=40).problem
+    qp = QP(problem.W.dense(), problem.a, problem.J, problem.xdot)
+    cold = workers.solve(name, qp, time_limit=TIME_LIMIT)
+    warm = workers.solve(name, qp, time_limit=TIME_LIMIT, follows=np.arange(len(qp)) > 0)
+    assert_solved(BACKENDS[name], warm, qp, range(len(qp)))
+    assert warm.iterations[0] == cold.iterations[0]
+    assert sum(i for i in warm.iterations if i) < sum(i for i in cold.iterations if i)
 
 
 @pytest.mark.parametrize("settings", ["default", *ASKED])

@@ -1,6 +1,6 @@
 """A library that fails in every way a solver can, on the problems that ask for it.
 
-The first entry of g says what to do; everything else is answered by the KKT system.
+The first entry of g says what to do; everything else is answered by the KKT system. Its words tell where it started.
 """
 
 from __future__ import annotations
@@ -11,14 +11,15 @@ import time
 
 import numpy as np
 
-from sandbox.backends.backend import Answer, Engine
+from sandbox.backends.backend import Answer, Engine, Start
 from sandbox.solution import Status
+from sandbox.solver_process import SEND_EVERY
 
 SEGFAULT, HANG, SHOUT, GARBAGE, RAISE, EXIT, EAT, SHORT = 101.0, 102.0, 103.0, 104.0, 105.0, 106.0, 107.0, 108.0
-STUCK, LIE = 109.0, 110.0
+STUCK, LIE, SLOW = 109.0, 110.0, 111.0
 
 
-def solve(H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray) -> Answer:
+def solve(H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray, start: Start | None = None) -> Answer:
     """Misbehave as told, else solve."""
     n, p = H.shape[0], A.shape[0]
     if g[0] == SEGFAULT:
@@ -43,9 +44,12 @@ def solve(H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray) -> Answer:
         ctypes.PyDLL(None).sleep(60)  # in C, holding the interpreter's lock
     if g[0] == LIE:
         return Answer(np.array(["a"] * n), np.full(p, 1j), Status.SOLVED, "\udcff", 10**12, 0.0, 0.0)  # type: ignore[arg-type]
+    if g[0] == SLOW:
+        time.sleep(1.5 * SEND_EVERY)  # what is answered is sent
     K = np.block([[H, A.T], [A, np.zeros((p, p))]])
     z = np.linalg.solve(K, np.concatenate([-g, b]))
-    return Answer(z[:n], z[n:], Status.SOLVED, "solved", 1, 1e-6, 1e-6)
+    said = "solved" if start is None else f"solved from {start.x.tolist()}, {start.y.tolist()}"
+    return Answer(z[:n], z[n:], Status.SOLVED, said, 1, 1e-6, 1e-6)
 
 
 def open_engine(engine: str, settings: str) -> Engine:

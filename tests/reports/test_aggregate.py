@@ -24,9 +24,15 @@ def run(report: Report) -> Iterator[RunData]:
 
 
 def judged(report: Report) -> list[dict]:
-    """Records at high_accuracy and of closed forms, as Python sees them."""
+    """Cold records at high_accuracy and of closed forms, as Python sees them."""
+    return [row for row in cold(report) if row["settings"] in (None, "high_accuracy")]
+
+
+def cold(report: Report) -> list[dict]:
+    """Records of solves that began from nothing."""
     names = ["backend", "formulation", "settings", "task", "expected", "verdict", "blame", "attainable", "problem", "error"]
-    return [row for row in read_table(report.run, "records", names).to_pylist() if row["settings"] in (None, "high_accuracy")]
+    rows = read_table(report.run, "records", [*names, "status", "mode", "qdot", "y", "tolerance"]).to_pylist()
+    return [row for row in rows if row["mode"] == "cold"]
 
 
 def held_against(row: dict) -> bool:
@@ -66,9 +72,8 @@ def test_a_distribution_reaches_the_share_that_was_answered(run: RunData, report
         for r in aggregate.distributions(run)
         if (r["backend"], r["formulation"], r["settings"]) == ("osqp", "direct", "high_accuracy")
     )
-    names = ["backend", "formulation", "settings", "expected", "verdict", "status", "error", "blame"]
     rows = [
-        r for r in read_table(report.run, "records", names).to_pylist()
+        r for r in cold(report)
         if (r["backend"], r["formulation"], r["settings"]) == ("osqp", "direct", "high_accuracy")
         and r["expected"] in ("unique_minimum", "minimum_not_unique")
         and r["verdict"] not in ("undecidable", "not_run")
@@ -208,10 +213,7 @@ def test_embedded_numbers_keep_every_bit(run: RunData, report: Report) -> None:
     held = packed["cases"]
     identity = [held["problem"]["names"][code] for code in held["problem"]["codes"]]
     key = ("backend", "formulation", "settings", "task")
-    recorded = {
-        (row["problem"], *(row[name] for name in key)): row
-        for row in read_table(report.run, "records", ["problem", *key, "qdot", "y", "error", "tolerance"]).to_pylist()
-    }
+    recorded = {(row["problem"], *(row[name] for name in key)): row for row in cold(report)}
     assert packed["count"] == 300
     for i, problem in enumerate(identity):
         names = [held[name]["names"][held[name]["codes"][i]] if held[name]["codes"][i] is not None else None for name in key]

@@ -13,7 +13,9 @@ from typing import Any
 
 import duckdb
 import pytest
+from playwright.sync_api import expect
 
+from reports.figure import write_drift_figure
 from tests.reports.conftest import Report
 
 pytestmark = pytest.mark.browser
@@ -229,10 +231,64 @@ def test_no_accessibility_violation(visit: Any, short_report: Report, scheme: st
         page.wait_for_selector(f"[data-chart={chart}][data-drawn] .main-svg")
     page.locator(".listing summary").first.click()
     page.locator("[data-chart=error] .names button").first.click()
+    for summary in page.locator(".method > summary").all():
+        summary.click()
+    assert page.locator(".drawing:visible").count() == page.locator(".drawing").count() > 20
     assert violations(page) == []
     page.evaluate("document.querySelector('.scroller tbody a').click()")
     page.wait_for_selector("dialog[open]")
     assert violations(page, "'dialog'") == []
+
+
+def test_a_method_of_the_overview_leads_to_its_part(visit: Any) -> None:
+    """A link of the overview opens the part of its method, with JavaScript and without."""
+    for options in ({}, {"java_script_enabled": False}):
+        page = visit(**options)
+        assert page.locator(".method[open]").count() == 0
+        page.locator("#methods .overview a", has_text="Manipulator inertia").click()
+        page.wait_for_selector(".method[open] .drawing", timeout=5000)
+        part = page.locator(".method[open]")
+        assert part.count() == 1 and part.locator("h3").inner_text() == "M16, Manipulator inertia"
+        expect(part.locator("h3")).to_be_in_viewport()  # waits: the page may scroll smoothly
+
+
+def test_drawings_follow_the_theme_and_fit_their_place(visit: Any) -> None:
+    """Lines and words change with the switch; no drawing is wider than its place, nor its words outside it, on a phone too."""
+    page = visit(color_scheme="dark")
+    page.locator("#methods .overview a").first.click()
+    page.wait_for_selector(".method[open] .drawing")
+    colours = """() => ['path.start', 'path.s7', 'path.g', 'text', 'text.n'].map((name) => {
+      const style = getComputedStyle(document.querySelector(`.method[open] .drawing ${name}`));
+      return name.startsWith('text') ? style.fill : style.stroke; })"""
+    dark = page.evaluate(colours)
+    page.locator("#theme").click()
+    light = page.evaluate(colours)
+    assert all(one != other for one, other in zip(dark, light, strict=True))
+    outside = """() => [...document.querySelectorAll('.method[open] .drawing')].flatMap((svg) => {
+      const box = svg.getBoundingClientRect(), place = svg.closest('.body').getBoundingClientRect();
+      const words = [...svg.querySelectorAll('text')].filter((text) => { const own = text.getBoundingClientRect();
+        return own.left < box.left - 1 || own.right > box.right + 1 || own.top < box.top - 1 || own.bottom > box.bottom + 1; });
+      return [...(box.right > place.right + 1 ? [`wide: ${svg.querySelector('title').textContent}`] : []),
+              ...words.map((text) => `${svg.querySelector('title').textContent}: ${text.textContent}`)]; })"""
+    assert page.evaluate(outside) == []
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert page.evaluate(outside) == []
+
+
+def test_the_figure_stands_alone_in_both_schemes(browser: Any, report: Report, tmp_path: Path) -> None:
+    """As an image of a page it is drawn, on its own paper, light and dark as the reader wishes."""
+    figure = write_drift_figure(report.run, tmp_path / "drift.svg", robot="planar_3r")
+    (tmp_path / "page.html").write_text('<img src="drift.svg" alt="drift">')
+    seen = {}
+    for scheme in ("light", "dark"):
+        context = browser.new_context(color_scheme=scheme)
+        page = context.new_page()
+        page.goto((tmp_path / "page.html").as_uri())
+        page.wait_for_function("document.images[0].complete")
+        assert page.evaluate("document.images[0].naturalWidth") == 880
+        seen[scheme] = page.locator("img").screenshot()
+        context.close()
+    assert seen["light"] != seen["dark"] and figure.is_file()
 
 
 def test_the_switch_overrides_the_system_and_plots_follow(visit: Any) -> None:
@@ -258,6 +314,8 @@ def test_readable_without_javascript(visit: Any) -> None:
         "false successes by",
         "sandbox verify --out",
         "What did not run",
+        "Liegeois gradient projection",
+        "Cold and warm",
         "pip install qpsolvers",
         "Which should I use",
         "The worst 50",
@@ -274,4 +332,6 @@ def test_printed_it_shows_every_panel_and_the_worst_failures(visit: Any) -> None
     page.emulate_media(media="print")
     assert all(panel.is_visible() for panel in page.locator(".panel").all())
     assert page.locator("#worst").is_visible() and page.locator("#worst tbody tr").count() == 50
+    assert page.locator(".method[open]").count() == 0 and page.locator(".method .body").count() == 6
+    assert all(part.is_visible() for part in page.locator(".method .body, .method .drawing").all())
     assert not page.locator("nav").is_visible() and not page.locator("#explorer").is_visible()

@@ -24,8 +24,8 @@ from tests.reports.conftest import Report
 from tests.reports.synthetic_run import NASTY, write_run
 
 SECTIONS = (
-    "findings", "run", "not-run", "matrix", "promise", "curves", "breakdown", "closed-forms", "which", "failures", "settings",
-    "cases", "limits",
+    "findings", "run", "not-run", "matrix", "promise", "curves", "breakdown", "warm", "closed-forms", "methods", "which",
+    "failures", "settings", "cases", "limits",
 )  # fmt: skip
 
 
@@ -116,6 +116,7 @@ def test_the_same_run_gives_the_same_page(report: Report, tmp_path: Path) -> Non
         {"closed_forms": False},
         {"false_successes": False},
         {"complete": False},
+        {"methods": False},
         {"backends": ()},
         {"backends": ("osqp",), "default": False, "closed_forms": False, "false_successes": False, "complete": False},
     ],
@@ -127,6 +128,7 @@ def test_a_run_that_lacks_something_still_has_its_report(lacking: dict[str, Any]
     text = write_report(tmp_path / "run", tmp_path / "page.html").read_text(encoding="utf-8")
     assert ("The run was interrupted" in text) == (not lacking.get("complete", True))
     assert ("This run has no closed forms" in text) == (not lacking.get("closed_forms", True))
+    assert ('href="#methods"' in text) == ('id="methods"' in text) == lacking.get("methods", True)
     if not lacking.get("false_successes", True):
         assert "none of " in text and "called a wrong answer solved" in text
 
@@ -165,7 +167,19 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
 
 def test_a_page_is_made_without_any_solver() -> None:
     """Importing the report imports no solver, no exact arithmetic and no compiler."""
-    names = ("osqp", "proxsuite", "qpsolvers", "cvxpy", "casadi", "scipy", "flint", "numba", "sandbox.backends", "problems")
+    names = (
+        "osqp",
+        "proxsuite",
+        "qpsolvers",
+        "cvxpy",
+        "casadi",
+        "scipy",
+        "flint",
+        "numba",
+        "sandbox.backends",
+        "problems",
+        "pinocchio",
+    )
     code = f"import sys, reports.verification; print([name for name in {names} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

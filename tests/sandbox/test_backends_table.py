@@ -21,7 +21,7 @@ FILES = [path for path in Path(sandbox.backends.__file__).parent.glob("*_.py") i
 SOLVERS = ("osqp", "proxsuite", "qpsolvers", "cvxpy", "casadi", "highspy", "clarabel", "cvxopt", "scipy.optimize")
 
 QUOTES = """
-import importlib, json, sys
+import importlib, json, pkgutil, sys
 from importlib import metadata
 def level(text): return " ".join(text.split())
 found = []
@@ -34,11 +34,7 @@ for quote, source in json.load(sys.stdin):
             found.append(str(error))
             continue
         if kind == "docstring":
-            try:
-                text = importlib.import_module(name).__doc__
-            except ModuleNotFoundError:
-                module, _, attribute = name.rpartition(".")
-                text = getattr(importlib.import_module(module), attribute).__doc__
+            text = pkgutil.resolve_name(name).__doc__
         else:
             text = metadata.metadata(name).get_payload()
         found.append(level(part) in level(text))
@@ -95,10 +91,20 @@ def test_promises_are_quoted() -> None:
             assert promise.quote and promise.source and promise.version
 
 
+def test_warm_starts_are_named() -> None:
+    """A backend that can be warm names what takes its starting point, and quotes what is said of it, if anything."""
+    starts = [row.start for row in BACKENDS.values() if row.start is not None]
+    assert len(starts) >= 10
+    for start in starts:
+        assert start.by
+        assert bool(start.quote) == bool(start.source) == bool(start.version)
+
+
 @pytest.mark.parametrize("library", sorted({row.library for row in BACKENDS.values()}))
 def test_quotes_stand_where_they_are_said_to(library: str) -> None:
     """Every quote from an installed README or docstring is found there, word for word."""
-    promises = {row.promise for row in BACKENDS.values() if row.library == library and row.promise.quote}
+    rows = [row for row in BACKENDS.values() if row.library == library]
+    promises = {one for row in rows for one in (row.promise, row.start) if one is not None and one.quote}
     local = [(p.quote, p.source) for p in promises if not p.source.startswith("https://")]
     done = subprocess.run([sys.executable, "-c", QUOTES], input=json.dumps(local), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

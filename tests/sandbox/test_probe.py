@@ -39,7 +39,10 @@ class Pretender:
     def __exit__(self, *_: Any) -> None:
         pass
 
-    def solve(self, backend: str, qp: QP, *, settings: str, time_limit: float, patience: int | None) -> Answers:
+    def solve(
+        self, backend: str, qp: QP, *, settings: str, time_limit: float, patience: int | None, follows: None = None,
+        start: None = None,
+    ) -> Answers:  # fmt: skip
         """Answers with an engine of tolerance 1e-6."""
         engine = Engine(lambda *_: None, {}, (1e-6, 0.0, 1e-6, 0.0), "0", "0")  # type: ignore[arg-type, return-value]
         answers = replace(Answers.empty(qp), engine=engine)

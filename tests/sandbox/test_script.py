@@ -199,7 +199,7 @@ def test_words_of_a_solver_stay_comments() -> None:
     said = 'quotes """ and\nprint("escaped")\r\x0cprint("again")\x00'
     row = {
         "backend": "osqp", "formulation": "direct", "settings": "high_accuracy", "verdict": "limit", "status": "limit",
-        "said": said, "error": None, "library_version": "1", "engine_version": "1",
+        "said": said, "error": None, "mode": "cold", "library_version": "1", "engine_version": "1",
     }  # fmt: skip
     plain = script(case_of(CONVEX), "osqp")
     told = script(replace(case_of(CONVEX), records=[row]), "osqp")

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from sandbox.backends import BACKENDS
-from sandbox.backends.backend import Backend, Promise
-from sandbox.errors import UnknownNameError
+from sandbox.backends.backend import Backend, Promise, Start, WarmStart
+from sandbox.errors import RefusalError, UnknownNameError
 from sandbox.qp import QP
 from sandbox.solution import STATUSES
 from sandbox.worker import Answers, Workers
@@ -28,9 +28,12 @@ SILENT = Promise(None, None, "", "", "")
 def workers() -> Iterator[Workers]:
     """Workers that know the unruly backends."""
     rows = {
-        name: Backend(name, "unruly", engine, "none", "none", SILENT, install="pip install manners", package="tests.fakes")
+        name: Backend(
+            name, "unruly", engine, "none", "none", SILENT, install="pip install manners", package="tests.fakes",
+            start=WarmStart("start"),
+        )
         for name, engine in (("unruly", "good"), ("unruly:missing", "missing"), ("unruly:bursts", "bursts"))
-    }
+    }  # fmt: skip
     BACKENDS.update(rows)
     with Workers() as workers:
         yield workers
@@ -152,6 +155,48 @@ def _alive(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z" if Path("/proc/self").exists() else not os.kill(pid, 0)
     except OSError:
         return False
+
+
+def starts(answers: Answers) -> list[int | None]:
+    """Which member each was started from, found by its words; None where it was started cold."""
+    words = {f"solved from {x.tolist()}, {y.tolist()}": i for i, (x, y) in enumerate(zip(answers.x, answers.y, strict=True))}
+    return [words[said] if "from" in said else None for said in answers.said]
+
+
+def test_a_chain_starts_each_from_the_one_before(workers: Workers) -> None:
+    """A member that follows is started from its predecessor's answer, x and y to the bit; the others are cold."""
+    qp = stack(0.0, 1.0, 2.0, 3.0, 4.0)
+    answers = workers.solve("unruly", qp, follows=np.array([False, True, True, False, True]))
+    assert starts(answers) == [None, 0, 1, None, 3]
+    assert starts(workers.solve("unruly", qp)) == [None] * 5
+    given = Start(np.full(3, 1e3), np.full(1, 0.1))
+    first = workers.solve("unruly", qp, start=given).said
+    assert first == ["solved from [1000.0, 1000.0, 1000.0], [0.1]", *["solved"] * 4]
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [unruly_.SEGFAULT, unruly_.HANG, unruly_.EXIT, unruly_.RAISE, unruly_.GARBAGE, unruly_.SHORT, unruly_.LIE],
+)
+def test_a_chain_starts_cold_after_a_failure(workers: Workers, fault: float) -> None:
+    """After a death, an overrun, an error or an answer that is none, the next is cold and the chain goes on from it."""
+    answers = workers.solve("unruly", stack(0.0, 1.0, fault, 2.0, 3.0), time_limit=0.5, follows=np.arange(5) > 0)
+    assert starts(answers) == [None, 0, None, None, 3]
+
+
+def test_a_chain_survives_what_was_lost_unsent(workers: Workers) -> None:
+    """Answers that died unsent are solved again from where they had been started."""
+    qp = stack(0.0, unruly_.SLOW, 1.0, 2.0, unruly_.SEGFAULT, 3.0, 4.0, unruly_.EXIT, 5.0)
+    answers = workers.solve("unruly", qp, time_limit=0.5, follows=np.arange(9) > 0)
+    assert [i for i, name in enumerate(names(answers)) if name == "CRASHED"] == [4, 7]
+    assert starts(answers) == [None, 0, 1, 2, None, None, 5, None, None]
+    assert all(right(answers, qp, i) for i in (0, 1, 2, 3, 5, 6, 8))
+
+
+def test_a_backend_without_a_starting_point_is_given_none() -> None:
+    """Warm starts of a backend that takes no starting point are refused before anything runs."""
+    with Workers() as mine, pytest.raises(RefusalError, match="numpy:lstsq takes no starting point"):
+        mine.solve("numpy:lstsq", stack(0.0), follows=np.zeros(1, dtype=bool))
 
 
 def test_patience_ends(workers: Workers) -> None:

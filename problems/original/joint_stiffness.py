@@ -1,0 +1,32 @@
+"""M15: the wrench F = (J C J')^-1 dx that springs of compliance C need for dx, and dq = C J'F (linear springs)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from problems.robots.robot import Robot
+
+Array = np.ndarray
+
+
+def original(
+    robot: Robot, q: Array, xdot: Array, *, stiffness: Any = None, compliance: Any = None, compliance_as_printed: Any = None,
+    unit: str | None = None,
+) -> Array:  # fmt: skip
+    """Joint rates (B, n). Literally printed, W = C, the springs' compliance is C^-1."""
+    if compliance is not None:
+        C = _square(compliance)
+    else:
+        given = stiffness if stiffness is not None else compliance_as_printed
+        C = np.linalg.inv(_square(np.arange(robot.n, 0, -1.0) if given is None else given))
+    J = robot.jacobian(q)
+    moved = C @ np.swapaxes(J, -1, -2)
+    F = np.linalg.solve(J @ moved, np.asarray(xdot)[..., None])
+    return (moved @ F)[..., 0]
+
+
+def _square(values: Any) -> Array:
+    A = np.asarray(values, dtype=float)
+    return np.diag(A) if A.ndim == 1 else A

@@ -1,0 +1,52 @@
+"""The joint rates of a method as the framework finds them: its cast, answered by a closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from sandbox.closed_form.jacobian_transpose import jacobian_transpose
+from sandbox.closed_form.solve import solve
+from sandbox.closed_form.time_scaling import time_scaling
+from sandbox.method import Method
+from sandbox.problem import VelocityProblem
+from sandbox.solution import Solution, Status
+
+Array = np.ndarray
+
+OPTIONS = ("damping", "rank_tolerance")
+"""Parameters of a method that its closed form takes too."""
+
+
+def rates(method: Method, robot: Any, q: Any, xdot: Any, **parameters: Any) -> Array:
+    """Joint rates (..., n) [rad/s, m/s] of `method` on `robot` at q (..., n) for xdot (..., m).
+
+    Raises what the method's cast and its closed form raise.
+    """
+    return answer(method, robot, method.cast(robot, q, xdot, **parameters), parameters).x
+
+
+def answer(
+    method: Method, robot: Any, problem: VelocityProblem, parameters: Mapping[str, Any], *, on_refusal: str = "raise"
+) -> Solution:
+    """The framework's answer to a problem that `method` has cast for `robot` with these parameters; refusals as in `solve`."""
+    if method.form == "jacobian_transpose":
+        return _solved(problem, jacobian_transpose(problem.stacked()))
+    if method.form == "time_scaling":
+        both = solve(problem, on_refusal=on_refusal)
+        task = solve(VelocityProblem(J=problem.J, xdot=problem.xdot, W=problem.W), on_refusal=on_refusal).x
+        scaled, _ = time_scaling(task, parameters.get("rate_limits", robot.rate_limits), both.x - task)
+        return Solution(x=scaled, y=both.y, status=both.status, said=both.said, evidence=both.evidence)
+    options = {name: parameters[name] for name in OPTIONS if name in parameters}
+    return solve(problem, method.form, on_refusal=on_refusal, **options)
+
+
+def _solved(problem: VelocityProblem, x: Array) -> Solution:
+    """Rates that minimise nothing, so that nothing can refuse them."""
+    lead = problem.lead
+    status = np.full(lead, Status.SOLVED, dtype=object) if lead else Status.SOLVED
+    said = np.full(lead, "", dtype=object) if lead else ""
+    y = np.full((*lead, problem.m), np.nan)
+    return Solution(x=x.reshape((*lead, -1)), y=y, status=status, said=said, evidence={})

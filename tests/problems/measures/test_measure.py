@@ -1,0 +1,56 @@
+"""Measures from expressions: compiled when asked for, once; parameters per configuration; the user's own errors."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from problems.measures import measure as module
+from problems.measures.measure import symbolic
+from problems.measures.posture import posture
+from problems.robots.planar import PLANAR_3R
+from sandbox.errors import NonFiniteError, ShapeError
+
+
+def test_compiled_when_asked_for(monkeypatch):
+    """Value and gradient do not wait for the Hessian to be compiled."""
+
+    def never(*arguments):
+        raise AssertionError("a Hessian was made")
+
+    monkeypatch.setattr(ca, "hessian", never)
+    f = symbolic("f", "1", "sine", "here", lambda twin: ca.sin(twin.q[0]))
+    q = np.full(3, 0.5)
+    assert f.value(PLANAR_3R, q) == np.sin(0.5)
+    np.testing.assert_allclose(f.gradient(PLANAR_3R, q), [np.cos(0.5), 0, 0], rtol=1e-15)
+    with pytest.raises(AssertionError, match="a Hessian"):
+        f.curvature(PLANAR_3R, q)
+
+
+def test_compiled_once():
+    """The same expression with other parameters is not compiled again."""
+    module.compiled.cache_clear()
+    for target in (np.zeros(3), np.ones(3)):
+        posture(target).gradient(PLANAR_3R, np.zeros((2, 3)))
+    assert module.compiled.cache_info().misses == 1
+
+
+def test_parameter_for_each_configuration():
+    """A target for each configuration is used with its own."""
+    q, targets = np.arange(6.0).reshape(2, 3), np.ones((2, 3)) * [[1.0], [2.0]]
+    np.testing.assert_array_equal(posture(targets).gradient(PLANAR_3R, q), q - targets)
+    np.testing.assert_array_equal(posture(targets).value(PLANAR_3R, q), [(1 + 0 + 1) / 2, (1 + 4 + 9) / 2])
+
+
+@pytest.mark.parametrize("lead", [(3,), (2, 2)], ids=str)
+def test_parameters_that_do_not_go_with_q(lead):
+    """Parameters for more configurations than there are, or for others, are refused by their axes."""
+    with pytest.raises(ShapeError, match="posture"):
+        posture(np.zeros((*lead, 3))).value(PLANAR_3R, np.zeros((2, 3)))
+
+
+def test_non_finite_parameter():
+    """A target that is not finite is refused where it is given."""
+    with pytest.raises(NonFiniteError, match="posture"):
+        posture([0.0, np.nan, 0.0])

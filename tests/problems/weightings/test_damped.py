@@ -1,0 +1,51 @@
+"""W~ + W, and what counts as positive definite."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from problems.weightings.augmented import augmented
+from problems.weightings.damped import damped, positive_definite
+from sandbox.errors import AsymmetricWeightError, NonFiniteError, ShapeError, WeightNotPositiveDefiniteError
+
+E = np.random.default_rng(0).standard_normal((4, 1, 3))
+
+
+@pytest.mark.parametrize("base", [0.5, np.array([0.5, 1.0, 2.0]), np.array([[1.0, 0.2, 0], [0.2, 1, 0], [0, 0, 1]])])
+def test_base_is_added_and_factors_are_kept(base):
+    """W~ + E'E, with E still its own factor, is positive definite."""
+    weight = damped(augmented(E), base)
+    added = base if np.ndim(base) == 2 else base * np.eye(3)
+    np.testing.assert_array_equal(weight.base, np.broadcast_to(added, (4, 3, 3)))
+    np.testing.assert_array_equal(weight.E, E)
+    assert (np.linalg.eigvalsh(weight.dense())[:, 0] > 0).all()
+    assert (np.linalg.eigvalsh(augmented(E).dense())[:, 0] < 1e-14).all()
+
+
+@pytest.mark.parametrize("base", [0.0, -0.1, np.array([1.0, 1.0, 0.0]), np.ones((3, 3)), np.diag([1.0, 1.0, -1e-12])])
+def test_refuses_a_base_that_is_not_positive_definite(base):
+    """Zero, negative and singular to rounding, by eigenvalue or diagonal entry."""
+    with pytest.raises(WeightNotPositiveDefiniteError, match="base is not positive definite: ") as refusal:
+        damped(augmented(E), base)
+    assert refusal.value.evidence["lambda_min"] <= 1e-15
+
+
+def test_refusal_names_the_member():
+    """Of a stack, the first that fails."""
+    stack = np.stack([np.eye(2), np.diag([1.0, -1.0])])
+    with pytest.raises(WeightNotPositiveDefiniteError, match=r"K is not positive definite at configuration \[1\]"):
+        positive_definite(stack, 2, "K")
+
+
+def test_small_is_not_singular():
+    """Eigenvalues apart by 1e12 are still positive definite: only rounding is refused."""
+    np.testing.assert_array_equal(positive_definite([1.0, 1e-12], 2, "K"), np.diag([1.0, 1e-12]))
+
+
+def test_refuses_what_is_no_symmetric_matrix_of_numbers():
+    """Wrong size, asymmetric, not finite: the field is named."""
+    for error, values in ((ShapeError, np.ones(3)), (ShapeError, np.eye(3)), (AsymmetricWeightError, [[1.0, 1], [0, 1]]),
+                          (NonFiniteError, [np.nan, 1.0])):  # fmt: skip
+        with pytest.raises(error, match="K"):
+            positive_definite(values, 2, "K")
