@@ -141,16 +141,17 @@ def _study(folder: Path, full: bool, tell: Any) -> None:
     from problems import paths, robots
     from problems.methods import METHODS
     from problems.sets.methods import ROBOTS
-    from sandbox.method_study import agreement_table, described, motion_table
+    from sandbox.method_study import agreement_table, cured, described, motion_rows, motions
     from sandbox.run_folder import add_study
 
     methods = list(METHODS.values())
     arms = [robots.load(name) for name in ROBOTS]
     moved = [robots.load(name) for name in (("planar_3r", "panda") if full else ("planar_3r",))]
-    tables = {
-        "methods": agreement_table(methods, arms, count=400 if full else 200, told=tell),
-        "motions": motion_table(methods, moved, lambda _: paths.load("circle", radius=0.15), cycles=3, told=tell),
-    }
+    agreement = agreement_table(methods, arms, count=400 if full else 100, told=tell)
+    found = motions(methods, moved, lambda _: paths.load("circle", 0.15), cycles=2, told=tell)
+    into = paths.load("through_algorithmic_singularity")
+    found += cured(METHODS["augmented_jacobian"], METHODS["damped_secondary"], robots.load("planar_3r"), into, into.start)
+    tables = {"methods": agreement, "motions": motion_rows(found)}
     add_study(folder, described(methods), tables)
 
 
@@ -291,13 +292,11 @@ def follow(
     if as_json:
         _print_json(rows)
     else:
-        common = ("robot", "path", "cycles")
-        drawn = Table(title=", ".join(f"{name} {rows[0][name]}" for name in common), title_justify="left")
+        common = ("method", "robot", "path", "cycles")
+        drawn = Table("", *methods, title=", ".join(f"{name} {rows[0][name]}" for name in common[1:]), title_justify="left")
         for name in (name for name in rows[0] if name not in common):
-            drawn.add_column(name, overflow="fold")
-        for row in rows:
-            cells = (value for name, value in row.items() if name not in common)
-            drawn.add_row(*(f"{value:.3g}" if isinstance(value, float) else str(value or "") for value in cells))
+            cells = (row[name] for row in rows)
+            drawn.add_row(name, *(f"{value:.3g}" if isinstance(value, float) else str(value or "") for value in cells))
         _console().print(drawn)
     if svg is not None:
         print(f"figure: {write_drift_figure(out, svg, names=[method.name for method in chosen])}")

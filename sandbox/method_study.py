@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -11,7 +12,8 @@ import pyarrow as pa
 
 from sandbox import motion as motions_
 from sandbox.agreement import study
-from sandbox.errors import SandboxError
+from sandbox.algorithmic_singularity import Singularity, cure, locate, price
+from sandbox.errors import RefusalError, SandboxError
 from sandbox.method import Method, start
 from sandbox.motion import Motion, Path, follow
 from sandbox.records import METHODS, MOTIONS
@@ -20,7 +22,7 @@ from sandbox.repeatability import lie_brackets
 Array = np.ndarray
 
 KEPT = 200
-"""Samples of a motion that are kept for its plots."""
+"""Samples of a motion that are kept for its plots, per cycle and beside those at its corners."""
 
 STEPS = 400
 """Control steps per cycle of a law that is not integrated."""
@@ -57,26 +59,43 @@ def agreement_table(methods: Sequence[Method], robots: Sequence[Robot], *, count
     return pa.Table.from_pylist(rows, METHODS)
 
 
-def motion_table(
+def motions(
     methods: Sequence[Method], robots: Sequence[Robot], path: Callable[[Robot], Path], *, cycles: int, seed: int = 0, told: Told
-) -> pa.Table:
-    """Every method along a path on every robot (records.MOTIONS)."""
+) -> list[Followed]:
+    """Every method along a path on every robot."""
     found = []
     for done, (method, robot) in enumerate(_pairs(methods, robots)):
         found.append(followed(method, robot, path(robot), cycles=cycles, seed=seed))
         told("motions", done + 1, len(methods) * len(robots))
-    return motion_rows(found)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """A motion of a method, on which robot and path, and the Lie-bracket test at its start."""
+    """A motion of a method, on which robot and path, the Lie-bracket test at its start, what it met and what it cost.
+
+    secondary_error : largest |integral of E qdot - gbar| [unit of g]; None where the weight is no E'Gamma E
+    damping : size of the base W~ where that is what the motion shows
+    """
 
     motion: Motion
     robot: Robot
     path: Path
     cycles: int
     bracket: float | None
+    singularities: tuple[Singularity, ...]
+    secondary_error: float | None
+    damping: float | None = None
+
+    @property
+    def share(self) -> float:
+        """Of the path that was followed."""
+        return float(self.motion.t[-1]) / (self.cycles * self.path.duration)
+
+    @property
+    def peak_rate(self) -> float:
+        """Largest joint rate, 2-norm [rad/s, m/s]."""
+        return float(np.linalg.norm(self.motion.qdot, axis=-1).max())
 
     @property
     def drift(self) -> Array | None:
@@ -97,7 +116,13 @@ class Followed:
             "largest task error": float(np.nanmax(error)) if np.isfinite(error).any() else None,
             "smallest lambda_min(N'WN)": float(np.nanmin(held)) if np.isfinite(held).any() else None,
             "smallest sigma_min(J)": float(motion.sigma_min_J.min()),
-            "Lie bracket": self.bracket, "stopped": motion.stopped or None,
+            "peak joint rate": self.peak_rate,
+            "secondary error": self.secondary_error,
+            "Lie bracket": self.bracket,
+            "singularities": "; ".join(
+                f"{one.kind}, {one.of} = {one.value:.1e} at t = {one.t:.4f} s ({one.how})" for one in self.singularities
+            ),
+            "stopped": motion.stopped or None,
         }  # fmt: skip
 
 
@@ -119,7 +144,25 @@ def followed(
         steps = STEPS
     how = {"integrator": "solve_ivp"} if steps is None else {"integrator": "steps", "steps": steps}
     motion = follow(method, robot, path, q, cycles=cycles, **how, **every)
-    return Followed(motion, robot, path, cycles, bracket(method, robot, q, every))
+    return Followed(
+        motion, robot, path, cycles, bracket(method, robot, q, every), locate(motion, method, robot, **every),
+        _secondary(motion, method, robot, cycles * path.duration, every),
+    )  # fmt: skip
+
+
+def _secondary(motion: Motion, method: Method, robot: Robot, duration: float, parameters: Mapping[str, Any]) -> float | None:
+    try:
+        return price(motion, method, robot, duration, **parameters).secondary_error
+    except RefusalError:  # the method has no secondary functions
+        return None
+
+
+def cured(method: Method, damped: Method, robot: Robot, path: Path, q: Any) -> list[Followed]:
+    """An undamped method into its singularity along `path` from q (n,), and the damped one past it, at several dampings."""
+    return [
+        Followed(one.motion, robot, path, 1, None, locate(one.motion, method, robot), one.secondary_error, one.damping)
+        for one in cure(method, damped, robot, path, q)
+    ]
 
 
 def bracket(method: Method, robot: Robot, q: Array, parameters: Mapping[str, Any]) -> float | None:
@@ -137,7 +180,9 @@ def motion_rows(found: Sequence[Followed]) -> pa.Table:
 
 def _row(one: Followed) -> dict[str, Any]:
     motion, robot = one.motion, one.robot
-    kept = np.unique(np.linspace(0, len(motion.t) - 1, KEPT).round().astype(int))
+    corners = np.flatnonzero(np.diff(motion.t) == 0)
+    spread = np.linspace(0, len(motion.t) - 1, KEPT * one.cycles).round().astype(int)
+    kept = np.unique(np.concatenate([spread, corners, corners + 1]))
     first = int(motion.cycle_ends[0]) if len(motion.cycle_ends) else len(motion.t) - 1
     # the first cycle, and the posture after each of the others
     seen = np.concatenate([np.unique(np.linspace(0, first, FRAMES).round().astype(int)), motion.cycle_ends[1:].astype(int)])
@@ -150,6 +195,10 @@ def _row(one: Followed) -> dict[str, Any]:
         "task_error": np.linalg.norm(motion.task_error[kept], axis=-1),
         "lambda_min_reduced": motion.lambda_min_reduced[kept], "sigma_min_J": motion.sigma_min_J[kept],
         "arm": arm.ravel(), "frames": len(seen), "drift": one.drift, "bracket": one.bracket,
+        "singularities": json.dumps([
+            {"kind": s.kind, "how": s.how, "of": s.of, "t": s.t, "value": s.value} for s in one.singularities
+        ]),
+        "share": one.share, "peak_rate": one.peak_rate, "damping": one.damping, "secondary_error": one.secondary_error,
     }  # fmt: skip
 
 

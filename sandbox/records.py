@@ -166,6 +166,11 @@ MOTIONS = pa.schema(
         ("frames", pa.int32()),
         ("drift", _vector),  # joint drift |q(cycle end) - q(0)| after each cycle [rad]; null where not closed
         ("bracket", pa.float64()),  # Lie-bracket test at the start, 0 for an integrable law; null where it has none
+        ("singularities", pa.string()),  # JSON: [{kind, how, of, t, value}] met or neared on the way
+        ("share", pa.float64()),  # of the path that was followed
+        ("peak_rate", pa.float64()),  # largest joint rate, 2-norm [rad/s, m/s]
+        ("damping", pa.float64()),  # size of the base W~ where that is what the motion shows; null elsewhere
+        ("secondary_error", pa.float64()),  # largest error of the secondary functions [unit of g]; null where there are none
     ]
 )
 """Columns of the motions of the method study: one row per method, robot and path."""

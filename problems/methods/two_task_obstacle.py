@@ -93,6 +93,7 @@ METHOD = Method(
     cast=cast,
     original=two_task_obstacle.original,
     draw=draw,
+    still={"escape": 0.0},
     refuses=(
         "rank(Jd N) < n - m with eps <= 0", "contact: a distance of zero", "a point that is not on the arm",
         "Qd that is not positive definite",

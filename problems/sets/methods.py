@@ -18,7 +18,7 @@ from sandbox.problem_set import Group
 Array = np.ndarray
 
 ROBOTS = ("planar_3r", "planar_4r", "seven_joint", "panda")
-STANDARD, FULL = 2, 25
+STANDARD, FULL = 1, 25
 """Configurations per method and robot."""
 
 

@@ -17,7 +17,7 @@ from sandbox.problem_set import Group
 
 Array = np.ndarray
 
-STEPS = 20
+STEPS = 12
 """Control steps per trajectory of the standard form."""
 
 SIZE = 0.1
