@@ -61,6 +61,12 @@ FLAT = 1e-3
 STEPS = 8
 """Shades in which a sequence of arms is drawn."""
 
+_BOLD, _PLAIN = 7.7, 6.3
+"""Pixels of a letter of a heading and of other text, on average, in the widest of the fonts."""
+
+_NARROW = 120.0
+"""Pixels of a panel at least: many panels make a wider figure."""
+
 
 class Cycles(NamedTuple):
     """One panel of `drift_figure`.
@@ -144,8 +150,8 @@ def curves(
     On a logarithmic axis what is not positive is marked along the bottom instead.
     """
     x = np.asarray(x, float)
-    named = any(line.name for line in lines)
-    box = _Box(44.0, 22.0, width - 44 - (28 if named else 8), height - 22 - 30)
+    longest = max((len(line.name) for line in lines), default=0)
+    box = _Box(44.0, 22.0, width - 44 - (max(28.0, 8 + _PLAIN * longest) if longest else 8), height - 22 - 30)
     values = np.concatenate([np.asarray(line.y, float) for line in lines]) if lines else np.empty(0)
     most = max(2, int(box.height // 20))
     axis = _Axis.logarithmic(values, most) if log else _Axis.linear(values, most=min(most, 5))
@@ -185,10 +191,12 @@ def drift(
 def drift_figure(motions: Sequence[Cycles], *, title: str = "", about: str = "", width: float = 880) -> str:
     """The same closed path, some cycles, several methods side by side: where the joints are each time the hand is back.
 
-    All panels share one scale, and one axis of drift; the dots of the drift bear the colours of the arms above them.
+    All panels share one scale, and one axis of drift; the dots of the drift bear the colours of the arms above them. A title
+    that does not fit in two lines loses what it has in brackets at its end, and then its end.
     """
     margin, gap, first = 16.0, 20.0, 34.0
     count = max(1, len(motions))
+    width = max(width, 2 * margin + first + count * _NARROW + (count - 1) * gap)
     each = (width - 2 * margin - first - (count - 1) * gap) / count
     arms, hands = [_finite(motion.arm) for motion in motions], [_finite(motion.hand) for motion in motions]
     view = _View.of(
@@ -197,24 +205,25 @@ def drift_figure(motions: Sequence[Cycles], *, title: str = "", about: str = "",
     tall = min(max(each * view.height / view.width, 0.5 * each), 1.15 * each)
     scale = view.fit(each, tall)
     axis = _drift_axis([np.asarray(motion.drift, float) for motion in motions])
-    titles = [_lines(motion.title, each / 7.6) for motion in motions]  # pixels of a letter of that size, on average
-    notes = [_lines(motion.note, each / 6.2) for motion in motions]
-    top = 22.0 + max((16 * len(head) + 14 * len(note) for head, note in zip(titles, notes, strict=True)), default=0)
+    titles = [_titled(motion.title, each / _BOLD) for motion in motions]
+    notes = [_lines(motion.note, each / _PLAIN) for motion in motions]
+    below = 22 + 16 * max((len(lines) for lines in titles), default=0)  # the notes stand on one line
+    top = below + 14.0 * max((len(lines) for lines in notes), default=0)
     low = 78.0
     cycles = max((len(motion.drift) for motion in motions), default=0)
-    height = top + tall + 40 + low + 38
+    height = top + tall + 50 + low + 56
     out = []
     for k, (motion, arm, hand) in enumerate(zip(motions, arms, hands, strict=True)):
         left = margin + first + k * (each + gap)
         out += [f'<text class="h" x="{_n(left)}" y="{22 + 16 * j}">{escape(one)}</text>' for j, one in enumerate(titles[k])]
-        below = 22 + 16 * len(titles[k])
         out += [f'<text x="{_n(left)}" y="{below + 14 * j}">{escape(one)}</text>' for j, one in enumerate(notes[k])]
         out.append(_arm(view, scale, arm, hand, (left, top), (each, tall)))
-        box = _Box(left, top + tall + 40, each, low)
+        box = _Box(left, top + tall + 50, each, low)
         heading = "drift of the joints" if k == 0 else ""
         values = np.asarray(motion.drift, float)
         out.append(_drift(box, values, axis, heading, "rad", "after cycle", cycles, labelled=k == 0, indent=0))
-    out.append(_measure(view, scale, margin + first, top + tall + 4))
+    out.append(_measure(view, scale, margin + first, top + tall + 14))  # below the ground that a base stands on
+    out.append(_legend(margin + first, height - 10, cycles))
     words = title or "Drift of the joints over cycles of one closed path"
     told = [(motion.title, np.asarray(motion.drift, float)) for motion in motions if len(motion.drift)]
     said = "; ".join(f"{name}: {_number(float(d[-1]))} rad after {len(d)} cycles" for name, d in told)
@@ -319,6 +328,20 @@ def _measure(view: _View, scale: float, x: float, y: float) -> str:
         f'<path class="a" d="M{_n(x)} {_n(y - 3)}v3h{_n(scale * length)}v-3"/>'
         f'<text x="{_n(x + scale * length + 5)}" y="{_n(y + 2)}">{_number(length)} m</text>'
     )
+
+
+def _legend(x: float, y: float, cycles: int) -> str:
+    """One line that says what is drawn: arms and dots at the start and after each cycle, and the path of the hand."""
+    shades = [f"s{shade}" for shade in dict.fromkeys(_shade(k, cycles + 1) for k in range(1, cycles + 1))]
+    out = []
+    for words, names in (("joints at the start", ["start"]), ("after each cycle", shades)):
+        for name in names:
+            out.append(f'<path class="d {name}" d="M{_n(x + 4)} {_n(y - 3.8)}h0"/>')
+            x += 9
+        out.append(f'<text x="{_n(x + 4)}" y="{_n(y)}">{words}</text>')
+        x += 18 + _PLAIN * len(words)
+    out.append(f'<path class="p" d="M{_n(x)} {_n(y - 3.8)}h14"/><text x="{_n(x + 19)}" y="{_n(y)}">path of the hand</text>')
+    return "".join(out)
 
 
 def _triad(view: _View, x: float, y: float) -> str:
@@ -439,6 +462,11 @@ def _drift(
         if k and box.bottom - y[k] > 3:
             out.append(f'<path class="{name} w" d="M{_n(x[k])} {_n(box.bottom)}V{_n(y[k])}"/>')
         out.append(f'<path class="{name} d" d="M{_n(x[k])} {_n(y[k])}h0"/>')
+    if len(values) and kept[-1]:
+        words = _number(float(values[-1]))
+        right = min(x[-1] + _PLAIN * len(words) / 2, box.right)
+        near = kept & (x >= right - _PLAIN * len(words) - 4)  # the number stands above all dots that it covers
+        out.append(f'<text class="n e" x="{_n(right)}" y="{_n(y[near].min() - 7)}">{words}</text>')
     return "".join(out)
 
 
@@ -542,6 +570,12 @@ def _finite(points: Array | None) -> Array:
         return np.empty((0, 3))
     points = np.asarray(points, float)
     return points[np.isfinite(points).all(axis=tuple(range(1, points.ndim)))]
+
+
+def _titled(text: str, letters: float) -> list[str]:
+    """A title in at most two lines, without what it has in brackets at its end where that does not fit."""
+    short = text[: text.rindex("(")].strip() if text.endswith(")") and "(" in text else ""
+    return _lines(text if not short or len(textwrap.wrap(text, max(8, int(letters)))) <= 2 else short, letters)
 
 
 def _lines(text: str, letters: float) -> list[str]:

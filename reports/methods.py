@@ -42,7 +42,7 @@ _FORMS = {"eq6": "eq. (6)", "eq13": "eq. (13)"}
 def mathematics(text: str | None) -> Markup:
     """A formula as typed, in the letters of the page: J' W^-1 as Jᵀ W⁻¹, qdot as q̇, grad f as ∇f, g_i with its index below."""
     text = re.sub(rf"(?<![A-Za-z])({'|'.join(_LETTERS)})(?![A-Za-z])", lambda found: _LETTERS[found[1]], text or "")
-    text = text.replace("∇ ", "∇").replace("^-1", "⁻¹").replace("^+", "⁺").replace("^2", "²")
+    text = text.replace("∇ ", "∇").replace("W~", "W̃").replace("^-1", "⁻¹").replace("^+", "⁺").replace("^2", "²")
     text = re.sub(r"(?<![^\s(\[=])-", "−", text)
     text = re.sub(r"(?<=[A-Z)\]⁺⁻¹])'(?!s\b)|(?<=_[a-z0-9])'|(?<=\b[a-z])'(?!s\b)", "ᵀ", text)
     return Markup(re.sub(r"_([A-Za-z0-9α-ω]+)", r"<sub>\1</sub>", str(escape(text))))
@@ -64,11 +64,17 @@ def methods(run: RunData, room: int = ROOM) -> list[Row]:
     for place, name in enumerate(names):
         rows = [row for row in studied if row["method"] == name]
         posed = [row for row in answers if row["method"] == name]
-        own = [row for row in moved if row["method"] == name]
+        own = [row for row in moved if row["method"] == name and row["damping"] is None]
         card = _card(name, cards.get(name, {}))
         out.append(card | {"place": place, "rows": rows, "posed": posed, "motions": own} | _summary(rows, posed, own))
+    costs = _costs([row for row in moved if row["damping"] is not None])
     for row in out:
         row["refusals"] = _refusals(row["rows"])
+        row["costs"] = [cost for cost in costs if cost["home"] == row["name"]]
+        row["damped_in"] = [
+            other for other in out if other is not row
+            and any(cost["home"] == other["name"] and row["name"] in cost["methods"] for cost in costs)
+        ]  # fmt: skip
     _draw(out, room)
     return out
 
@@ -159,11 +165,12 @@ def _motion(row: Row) -> Row:
     """A motion with its lists as arrays, and the figures of its line."""
     n, frames = row["n"] or 0, row["frames"] or 0
     shapes: dict[str, tuple[int, ...]] = {
-        "t": (-1,), "q": (-1, n), "hand": (-1, 3), "task_error": (-1,), "lambda_min_reduced": (-1,), "sigma_min_J": (-1,),
-        "arm": (frames, -1, 3) if frames else (0, 0, 3), "drift": (-1,),
+        "t": (-1,), "q": (-1, n), "qdot": (-1, n), "hand": (-1, 3), "task_error": (-1,), "lambda_min_reduced": (-1,),
+        "sigma_min_J": (-1,), "arm": (frames, -1, 3) if frames else (0, 0, 3), "drift": (-1,),
     }  # fmt: skip
     plain = ("method", "robot", "path", "closed", "cycles", "integrator", "stopped", "bracket", "n", "m")
-    out = {key: row[key] for key in plain}
+    out = {key: row[key] for key in (*plain, "share", "peak_rate", "damping", "secondary_error")}
+    out["singularities"] = _singularities(row)
     for key, shape in shapes.items():
         values = np.array(row[key] or [], float)
         try:
@@ -173,9 +180,9 @@ def _motion(row: Row) -> Row:
                 f"the motion of {row['method']} on {row['robot']} along {row['path']}: {key} has {len(values)} numbers, "
                 f"which do not fit {n} joints and {frames} frames"
             ) from None
-    if len({len(out[key]) for key in ("t", "q", "hand") if len(out[key])}) > 1:
+    if len({len(out[key]) for key in ("t", "q", "qdot", "hand") if len(out[key])}) > 1:
         raise InputFileError(
-            f"the motion of {row['method']} on {row['robot']} along {row['path']}: t, q and hand have different lengths"
+            f"the motion of {row['method']} on {row['robot']} along {row['path']}: t, q, qdot and hand have different lengths"
         )
     out["title"] = f"{row['robot']}, {(row['path'] or 'path').replace('_', ' ')}"
     drift = out["drift"][np.isfinite(out["drift"])]
@@ -187,6 +194,56 @@ def _motion(row: Row) -> Row:
         known = out[key][np.isfinite(out[key])]
         out[name] = float(pick(known)) if len(known) else None
     return out
+
+
+def _singularities(row: Row) -> list[Row]:
+    """What a motion met, in order of time, in the letters of the page."""
+    words, of = {"end": "at the end of the motion"}, "{kind, how, of, t, value}"
+    try:
+        told = json.loads(row["singularities"] or "[]")
+        return [
+            {"kind": str(one["kind"]), "how": words.get(one["how"], str(one["how"])), "of": mathematics(str(one["of"])),
+             "t": float(one["t"]), "value": float(one["value"])}
+            for one in told
+        ]  # fmt: skip
+    except (ValueError, TypeError, KeyError) as error:
+        raise InputFileError(
+            f"singularities of {row['method']} on {row['robot']} along {row['path']} are no JSON of {of}: {line(error)}"
+        ) from error
+
+
+def _costs(damped: list[Row]) -> list[Row]:
+    """What damping costs, per robot and path: the motions with growing damping, at home with the method that damps most."""
+    out: dict[tuple[str, str], Row] = {}
+    for motion in sorted(damped, key=lambda row: row["damping"]):
+        row = out.setdefault((motion["robot"], motion["path"]), {"title": motion["title"], "motions": []})
+        row["motions"].append(motion)
+        row["home"] = motion["method"]
+    for row in out.values():
+        row["methods"] = {motion["method"] for motion in row["motions"]}
+        row["drawing"] = _rates(row)
+    return list(out.values())
+
+
+def _rates(cost: Row) -> str:
+    """|qdot| over time of each motion, in one drawing; empty where none has any."""
+    known = [motion for motion in cost["motions"] if len(motion["t"]) > 1 and motion["qdot"].size]
+    if not known:
+        return ""
+    t = np.unique(np.concatenate([motion["t"] for motion in known]))
+    rates = [np.interp(t, one["t"], np.linalg.norm(one["qdot"], axis=-1), right=np.nan) for one in known]
+    damped = [np.nanmax(rate) for rate, one in zip(rates, known, strict=True) if one["damping"] > 0]
+    ceiling = 10 * max(damped, default=np.inf)  # into its singularity the undamped method goes on rising, out of the drawing
+    lines = [
+        drawing.Curve(number(one["damping"]), np.where(rate <= ceiling, rate, np.nan), place)
+        for place, (rate, one) in enumerate(zip(rates, known, strict=True))
+    ]
+    peaks = [f"{number(one['peak_rate'])} at damping {number(one['damping'])}" for one in known]
+    title = f"{cost['title']}: joint rates by damping"
+    about = f"Largest joint rates: {'; '.join(peaks)}."
+    return drawing.curves(
+        t, lines, title=title, about=about, heading="|q̇| by damping", unit="rad/s or m/s", log=True, width=360, height=200
+    )  # fmt: skip
 
 
 def postures(motion: Row) -> Array:
@@ -215,13 +272,17 @@ def cycles(motion: Row, title: str) -> drawing.Cycles:
     note = (
         "stopped before the first cycle ended"
         if motion["first"] is None
-        else f"drift {number(motion['first'])} rad in the first cycle"
+        else f"drift in cycle 1: {number(motion['first'])} rad"
     )
     return drawing.Cycles(title, note, postures(motion), traced(motion), motion["drift"])
 
 
 def _draw(sections: list[Row], room: int) -> None:
     """Give motions their drawings, the methods taking turns, until the room is used up."""
+    for section in sections:
+        for cost in section["costs"]:
+            size = len(cost["drawing"].encode())
+            cost["drawing"], room = (cost["drawing"], room - size) if size <= room else ("", room)
     turns = zip_longest(*(_turns(section["motions"]) for section in sections))
     waiting = [(section, motion) for turn in turns for section, motion in zip(sections, turn, strict=True) if motion]
     for section, motion in waiting if room > 0 else ():

@@ -13,6 +13,7 @@ import numpy as np
 from sandbox.closed_form import CLOSED_FORMS
 from sandbox.law import answer
 from sandbox.method import Method, Robot
+from sandbox.parameters import whole
 from sandbox.problem import VelocityProblem
 from sandbox.spectrum import Spectrum
 from sandbox.stacked import eigenvalues, solve, svd, symmetric, times, transpose
@@ -34,8 +35,9 @@ def study(method: Method, robot: Robot, *, count: int = 200, seed: int = 0) -> l
 
     count : seeded situations, drawn by the method itself inside its own domain
 
-    Raises what the method's draw, cast and original raise.
+    Raises RangeError for count or seed, and what the method's draw, cast and original raise.
     """
+    count, seed = whole(count, "count", 1), whole(seed, "seed", 0)
     rng = np.random.default_rng([seed, *robot.name.encode()])
     drawn = method.draw(robot, rng, count)
     start = time.perf_counter()

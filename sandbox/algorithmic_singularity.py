@@ -10,9 +10,11 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq, minimize_scalar
 
-from sandbox.errors import RangeError, RefusalError
+from sandbox.errors import RefusalError
+from sandbox.law import taken
 from sandbox.method import Method
-from sandbox.motion import REFUSED, Motion, Path, Robot, follow
+from sandbox.motion import REFUSED, Motion, Path, Robot, answered, follow
+from sandbox.parameters import number
 from sandbox.problem import VelocityProblem
 from sandbox.spectrum import reduced_weight
 from sandbox.stacked import eigenvalues, svd, transpose
@@ -91,10 +93,11 @@ def locate(
     sign changes and minima below the share `below`, refined between the samples; what dips between two samples and shows at
     neither is not seen (more `samples` when following).
 
-    Raises RangeError for a `below` outside (0, 1]; a configuration that the cast refuses counts as singular.
+    A configuration that the cast refuses counts as singular. Raises UnknownNameError for a parameter that the method does not
+    have, RangeError for a `below` outside (0, 1].
     """
-    if not 0 < below <= 1:
-        raise RangeError(f"below is {below}; it must be a share, above 0 and at most 1", field="below", value=below)
+    taken(method, parameters)
+    below = number(below, "below", above=0, most=1)
 
     def kinematic(q: Array) -> _Watched:
         sigma = np.linalg.svd(robot.jacobian(q), compute_uv=False)
@@ -118,19 +121,12 @@ def locate(
 def _castable(method: Method, robot: Robot, q: Array, parameters: Mapping[str, Any]) -> list[slice]:
     """Runs of q (B, n) that the cast does not refuse; it does refuse what is singular to rounding."""
 
-    def cast(part: slice) -> list[slice]:
-        try:
-            method.cast(robot, q[part], np.zeros((part.stop - part.start, robot.m)), **parameters)
-        except REFUSED:
-            middle = (part.start + part.stop) // 2
-            return [] if part.stop - part.start == 1 else cast(slice(part.start, middle)) + cast(slice(middle, part.stop))
-        return [part]
+    def cast(q: Array) -> Array:
+        return np.zeros(len(method.cast(robot, q, np.zeros((len(q), robot.m)), **parameters)))
 
-    runs: list[slice] = []
-    for part in cast(slice(0, len(q))):
-        joined = runs and runs[-1].stop == part.start
-        runs[-1:] = [slice(runs[-1].start, part.stop)] if joined else [*runs[-1:], part]
-    return runs
+    inside = np.isfinite(answered(cast, q))
+    edges = np.flatnonzero(np.diff(inside, prepend=False, append=False))
+    return [slice(first, end) for first, end in edges.reshape(-1, 2).tolist()]
 
 
 def _reduced(method: Method, robot: Robot, q: Array, parameters: Mapping[str, Any], like: _Watched) -> _Watched:
@@ -275,8 +271,8 @@ def cure(
     Raises RangeError for a damping that is not positive, and what `follow` raises at q0.
     """
     for damping in dampings:
-        if not 0 < damping < np.inf:
-            raise RangeError(f"a damping is {damping}; each must be positive", field="dampings", value=damping)
+        number(damping, "a damping", above=0)
+    taken(damped, [knob])
     options = dict(following or {})
     duration = path.duration * options.get("cycles", 1)
     rows = [price(follow(method, robot, path, q0, **options, **parameters), method, robot, duration, 0.0, **parameters)]

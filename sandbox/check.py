@@ -43,7 +43,8 @@ def frozen(values: Any) -> Array:
     return array
 
 
-def _place(mask: Array) -> tuple[int, ...]:
+def first(mask: Array) -> tuple[int, ...]:
+    """Where the first True of a mask (...) stands; () where it has no axes."""
     return tuple(int(i) for i in np.argwhere(mask)[0])
 
 
@@ -54,7 +55,7 @@ def _entry(field: str, at: tuple[int, ...]) -> str:
 def real(values: Any, field: str) -> Array:
     """`values` as float64: numeric, finite, within the range in which products are safe."""
     if np.ma.is_masked(values):
-        at = _place(np.ma.getmaskarray(values))
+        at = first(np.ma.getmaskarray(values))
         raise NonFiniteError(f"{_entry(field, at)} is masked; every entry must be given", field=field, index=at)
     try:
         given = np.asarray(values)
@@ -69,7 +70,7 @@ def real(values: Any, field: str) -> Array:
         raise ShapeError(f"{field} must hold real numbers, not {line(given.dtype)}{shown}", field=field)
     bad = ~np.isfinite(given)
     if bad.any():
-        at = _place(bad)
+        at = first(bad)
         raise NonFiniteError(
             f"{_entry(field, at)} is {given[at]}; every entry must be finite", field=field, index=at, value=float(given[at])
         )
@@ -78,7 +79,7 @@ def real(values: Any, field: str) -> Array:
     size = np.abs(array)
     bad = (size > LARGEST_ENTRY) | ((size < SMALLEST_ENTRY) & (given != 0))
     if bad.any():
-        at = _place(bad)
+        at = first(bad)
         raise _out_of_range(field, at, str(given[at]), float(array[at]))
     return array
 
@@ -140,7 +141,7 @@ def symmetric(array: Array, field: str) -> Array:
     allowed = SYMMETRY * np.abs(array).max(axis=(-1, -2), keepdims=True)
     bad = difference > allowed
     if bad.any():
-        at = _place(bad)
+        at = first(bad)
         mirror = (*at[:-2], at[-1], at[-2])
         raise AsymmetricWeightError(
             f"{field}{list(at)} is {array[at]:.17g} but {field}{list(mirror)} is {array[mirror]:.17g}; "

@@ -17,9 +17,11 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from sandbox.errors import EmptyPlanError, InputFileError, SandboxError, UnknownNameError
+from sandbox.listing import LISTS
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # rich would take [m] or [all] in a help for markup, and swallow it
 )  # fmt: skip
 
 Run = Annotated[Path, typer.Argument(metavar="RUN", help="a run folder, as `verify` and `run` make them")]
@@ -42,6 +44,18 @@ def _console() -> Console:
 
 def _print_json(content: Any) -> None:
     print(json.dumps(content, indent=1, allow_nan=False))
+
+
+def _print_table(rows: list[dict[str, Any]]) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    drawn = Table()
+    for name in rows[0]:
+        drawn.add_column(name, overflow="fold")
+    for row in rows:
+        drawn.add_row(*(escape(str(value)) if value is not None else "silent" for value in row.values()))
+    _console().print(drawn)
 
 
 @contextmanager
@@ -103,10 +117,13 @@ def verify(
     jobs: Jobs = _cores(),
     time_limit: TimeLimit = 2.0,
 ) -> None:
-    """Run all standard sets through everything installed, print the verdicts and write the report.
+    """Run everything on everything, and write the report.
 
-    Exit status 1 when a closed form falls, or when something that the baseline has as verified (same engine version)
-    is now a false success or a crash.
+    All standard sets go through everything installed, every method of the paper is compared with its original and
+    followed along a path; the verdicts are printed.
+
+    Exit status 1 when a closed form falls, or when something that the baseline
+    has as verified (same engine version) is now a false success or a crash.
     """
     from problems import sets
     from reports.verification import write_report
@@ -181,7 +198,10 @@ def run(
     jobs: Jobs = _cores(),
     time_limit: TimeLimit = 2.0,
 ) -> None:
-    """Run one problem set, your own problems, or your own method, through backends and closed forms."""
+    """Run one problem set, your own problems, or your own method.
+
+    They go through all backends, formulations and closed forms that fit, or those you name.
+    """
     from sandbox.plan import chosen, known
     from sandbox.run_folder import carry_out
     from sandbox.task import TASKS
@@ -189,6 +209,11 @@ def run(
     tasks = tuple(known("task", task, TASKS)) if task else None
     of_method = {"robot": robot, "hand": hand, "rows": rows, "count": count, "seed": seed}
     own = Path(source).suffix == ".py"
+    if own and full:
+        raise EmptyPlanError(f"--full is for problem sets; {source} is a method: --count says how many configurations")
+    for option in () if own else ("robot", "hand", "rows"):
+        if of_method[option] is not None:
+            raise EmptyPlanError(f"--{option} is for a method of your own, a .py file; {source} is none")
     problems = _own_method(Path(source), tasks, robot, hand, rows, count, seed) if own else _source(source, tasks, full)
     plan = chosen([problems], backend, formulation, settings or ["high_accuracy"], jobs=jobs, time_limit=time_limit)
     words = ["sandbox", "run", source, *(["--full"] if full else [])]
@@ -224,17 +249,21 @@ def _own_method(
     from problems import robots
     from problems.own_method import read_method
     from problems.robots.urdf import from_urdf
-    from problems.situations import situations
+    from problems.sets.collect import grouped
+    from problems.sets.methods import situations
     from sandbox.agreement import compare
     from sandbox.problem_set import ProblemSet
 
     method = read_method(path)
     if robot is None:
         raise EmptyPlanError(f"{path} is a method: say for which robot, --robot {'|'.join(robots.ROBOTS)}, or a URDF file")
-    arm = robots.load(robot) if hand is None and Path(robot).suffix != ".urdf" else from_urdf(Path(robot), hand or "")
+    of_file = Path(robot).suffix == ".urdf" or Path(robot).is_file()
+    if hand is not None and not of_file:
+        raise EmptyPlanError(f"--hand is for a URDF file; {robot} is none")
+    arm = from_urdf(Path(robot), hand or "") if of_file else robots.load(robot)
     arm = arm if rows is None else arm.task(rows)
     drawn = method.draw(arm, np.random.default_rng(seed), count)
-    group = situations(method, arm, drawn, seed)
+    (group,) = grouped(situations(method, arm, drawn, seed), (method.task or "exact",))
     if method.original is not None:
         found = compare(method, arm, group.problem, method.original(arm, drawn.q, drawn.xdot), {})
         print(
@@ -255,11 +284,12 @@ def follow(
     size: Annotated[float | None, typer.Option("--size", help="of the curve [m]")] = None,
     cycles: Annotated[int, typer.Option("--cycles", min=1, help="rounds of a closed path")] = 1,
     begin: Annotated[
-        str | None, typer.Option("--start", help="joint angles q_1,...,q_n [rad, m]; without it each method draws its own")
+        str | None, typer.Option("--start", help="joint angles q_1,...,q_n [rad, m]; else the path's, or drawn by each method")
     ] = None,
     parameter: Annotated[
         Names, typer.Option("--parameter", metavar="METHOD.NAME=JSON", help="a parameter of one method; repeat for several")
     ] = None,
+    measure: Annotated[Names, typer.Option("--measure", help="a measure to tell along the way; repeat for several")] = None,
     steps: Annotated[
         int | None, typer.Option("--steps", min=1, help="fixed control steps per round [integrated to 1e-12]")
     ] = None,
@@ -267,25 +297,38 @@ def follow(
     overwrite: Overwrite = False,
     as_json: Json = False,
 ) -> None:
-    """Follow a path by one or several methods: drift, task error, condition (7) on the way, and a figure."""
+    """Follow a path by one or several methods.
+
+    Prints drift, task error, condition (7) on the way and singularities; keeps the motions, and draws them on request.
+    """
     from rich.table import Table
 
-    from problems import paths, robots
+    from problems import measures, paths, robots
     from problems.methods import load
     from reports.figure import write_drift_figure
     from sandbox.method_study import described, followed, motion_rows
-    from sandbox.run_folder import keep_motions
+    from sandbox.run_folder import keep_motions, refuse_foreign
 
+    refuse_foreign(out, overwrite)
     arm, curve, chosen = robots.load(robot), paths.load(path, size), [load(name) for name in methods]
-    given = _parameters(parameter or [], [method.name for method in chosen])
-    start = None if begin is None else _numbers(begin, arm.n)
+    given = _parameters(parameter or [], chosen)
+    if svg is not None and not curve.closed:
+        raise EmptyPlanError(f"--svg draws the postures after each round; {curve.name} is open")
+    if svg is not None and svg.is_dir():
+        raise InputFileError(f"{svg} is a folder; --svg names a file")
+    if begin is None and curve.start is not None and len(curve.start) != arm.n:
+        raise InputFileError(f"{curve.name} begins at {len(curve.start)} joint angles, {arm.name} has {arm.n}: give --start")
+    start = curve.start if begin is None else _numbers(begin, arm.n)
+    told = {name: measures.load(name, arm).value for name in measure or ()}
     found = [
-        followed(method, arm, curve, cycles=cycles, q=start, steps=steps, parameters=given[method.name]) for method in chosen
+        followed(method, arm, curve, cycles=cycles, q=start, steps=steps, parameters=given[method.name], measures=told)
+        for method in chosen
     ]
     words = ["sandbox", "follow", *methods, "--robot", robot, "--path", path, "--cycles", str(cycles)]
     for option, value in (("--size", size), ("--start", begin), ("--steps", steps)):
         words += [] if value is None else [option, str(value)]
-    words += [word for one in parameter or () for word in ("--parameter", one)]
+    for option, several in (("--parameter", parameter), ("--measure", measure)):
+        words += [word for one in several or () for word in (option, one)]
     table = motion_rows(found)
     keep_motions(out, described(chosen), table, command=shlex.join(words), overwrite=overwrite)
     rows = [one.summary() for one in found]
@@ -299,7 +342,8 @@ def follow(
             drawn.add_row(name, *(f"{value:.3g}" if isinstance(value, float) else str(value or "") for value in cells))
         _console().print(drawn)
     if svg is not None:
-        print(f"figure: {write_drift_figure(out, svg, names=[method.name for method in chosen])}")
+        written = write_drift_figure(out, svg, names=[method.name for method in chosen])
+        print(f"figure: {written}", file=sys.stderr if as_json else sys.stdout)  # JSON stays alone
 
 
 def _numbers(text: str, n: int) -> Any:
@@ -315,17 +359,20 @@ def _numbers(text: str, n: int) -> Any:
     return np.array(values)
 
 
-def _parameters(given: list[str], names: list[str]) -> dict[str, dict[str, Any]]:
-    """Parameters of each method from METHOD.NAME=JSON."""
-    found: dict[str, dict[str, Any]] = {name: {} for name in names}
+def _parameters(given: list[str], methods: list[Any]) -> dict[str, dict[str, Any]]:
+    """Parameters of each method from METHOD.NAME=JSON, a METHOD by its name or id."""
+    named = {name: method for method in methods for name in (method.name, method.id)}
+    found: dict[str, dict[str, Any]] = {method.name: {} for method in methods}
     for one in given:
         name, _, value = one.partition("=")
         method, _, parameter = name.partition(".")
-        if method not in found or not parameter or not value:
-            raise InputFileError(f"--parameter {one!r} is not METHOD.NAME=JSON with a METHOD of {', '.join(names)}")
+        if method not in named or not parameter or not value:
+            raise InputFileError(f"--parameter {one!r} is not METHOD.NAME=JSON with a METHOD of {', '.join(found)}")
+        if parameter in found[named[method].name]:
+            raise InputFileError(f"--parameter {method}.{parameter} is given twice; give it once")
         try:
-            found[method][parameter] = json.loads(value)
-        except ValueError as error:
+            found[named[method].name][parameter] = json.loads(value)
+        except (ValueError, RecursionError) as error:
             raise InputFileError(f"--parameter {one!r}: {value!r} is no JSON ({error})") from error
     return found
 
@@ -369,28 +416,47 @@ def show(
 
 @app.command(name="list")
 def list_(
-    what: Annotated[
-        str, typer.Argument(metavar="sets|methods|robots|paths|backends|formulations|closed_forms", help="what to list")
-    ],
+    what: Annotated[str, typer.Argument(metavar="WHAT", help=", ".join(LISTS))],
     as_json: Json = False,
 ) -> None:
     """List what there is."""
-    from rich.markup import escape
-    from rich.table import Table
-
-    from sandbox.listing import LISTS
     from sandbox.plan import known
 
     rows = LISTS[known("list", [what], LISTS)[0]]()
     if as_json:
         _print_json(rows)
+    else:
+        _print_table(rows)
+
+
+@app.command()
+def implicit(
+    sizes: Annotated[str | None, typer.Option("--sizes", metavar="N,N,...", help="numbers of joints [3 to 30]")] = None,
+    as_json: Json = False,
+) -> None:
+    """Count what implicit forms save, N'W and N'a from N alone.
+
+    Beside them W and grad f are formed first. Counted are multiplications, divisions, additions and subtractions of N'W or
+    N'a; sines, cosines and negations are not, and neither is the rest of eq. (6), which both sides share: "of all" is what
+    is saved of the whole. The time is implicit over explicit on this machine; above 1 the implicit form is slower.
+    """
+    from sandbox.implicit_study import FORMS, SIZES, implicit_study
+
+    try:
+        joints = SIZES if sizes is None else [int(word) for word in sizes.split(",")]
+    except ValueError as error:
+        raise InputFileError(f"--sizes {sizes!r}: {error}; give whole numbers, as 3,7,30") from error
+    rows = sorted(implicit_study(joints), key=lambda row: FORMS.index(row["form"]))
+    if as_json:
+        _print_json(rows)
         return
-    drawn = Table()
-    for name in rows[0]:
-        drawn.add_column(name, overflow="fold")
-    for row in rows:
-        drawn.add_row(*(escape(str(value)) if value is not None else "silent" for value in row.values()))
-    _console().print(drawn)
+    _print_table([
+        {"form": row["form"], "arm": row["family"], "n": row["n"], "k": row["k"],
+         "explicit": row["explicit_multiplications"] + row["explicit_additions"],
+         "implicit": row["implicit_multiplications"] + row["implicit_additions"],
+         "saved": f"{row['saved']:.0%}", "of all": f"{row['saved_of_all']:.0%}", "time": f"{row['time_ratio']:.2f}"}
+        for row in rows
+    ])  # fmt: skip
 
 
 @app.command()
@@ -402,7 +468,7 @@ def probe(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Measure what each backend's documentation promises, and what it does not."""
+    """Measure what each backend promises, and what it does not."""
     from sandbox import probe as probing
     from sandbox.records import read_run, write_json
 

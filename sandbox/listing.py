@@ -1,4 +1,4 @@
-"""What there is: the tables of sets, methods, robots, paths, backends, formulations and closed forms as plain rows."""
+"""What there is: the tables of sets, methods, robots, backends and the rest as plain rows."""
 
 from __future__ import annotations
 
@@ -62,6 +62,21 @@ def _methods() -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
+def _measures() -> list[dict[str, Any]]:
+    from problems.measures import MEASURES
+
+    return [{"name": m.name, "f": m.about, "unit": m.unit, "defined": m.domain, "source": m.source} for m in MEASURES.values()]
+
+
+def _weightings() -> list[dict[str, Any]]:
+    from problems.weightings import WEIGHTINGS
+
+    return [
+        {"name": w.name, "W": w.formula, "unit": w.unit, "definite": w.definiteness, "source": w.source}
+        for w in WEIGHTINGS.values()
+    ]
+
+
 def _paths() -> list[dict[str, Any]]:
     from problems import paths
 
@@ -72,7 +87,7 @@ def _paths() -> list[dict[str, Any]]:
 
 
 LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
-    "sets": _sets, "methods": _methods, "robots": _robots, "paths": _paths, "backends": _backends,
-    "formulations": _formulations, "closed_forms": _closed_forms,
+    "sets": _sets, "methods": _methods, "measures": _measures, "weightings": _weightings, "robots": _robots,
+    "paths": _paths, "backends": _backends, "formulations": _formulations, "closed_forms": _closed_forms,
 }  # fmt: skip
 """What `sandbox list` can list: name -> rows."""

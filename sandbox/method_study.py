@@ -10,14 +10,16 @@ from typing import Any, Protocol
 import numpy as np
 import pyarrow as pa
 
+from sandbox import check
 from sandbox import motion as motions_
 from sandbox.agreement import study
 from sandbox.algorithmic_singularity import Singularity, cure, locate, price
-from sandbox.errors import RefusalError, SandboxError
+from sandbox.errors import SandboxError
+from sandbox.law import taken
 from sandbox.method import Method, start
 from sandbox.motion import Motion, Path, follow
 from sandbox.records import METHODS, MOTIONS
-from sandbox.repeatability import lie_brackets
+from sandbox.repeatability import FEWEST_CYCLES, lie_brackets, limit_cycle
 
 Array = np.ndarray
 
@@ -94,8 +96,8 @@ class Followed:
 
     @property
     def peak_rate(self) -> float:
-        """Largest joint rate, 2-norm [rad/s, m/s]."""
-        return float(np.linalg.norm(self.motion.qdot, axis=-1).max())
+        """Largest joint rate, 2-norm [rad/s, m/s]; a sample that the law refuses has none."""
+        return float(np.nanmax(np.linalg.norm(self.motion.qdot, axis=-1)))
 
     @property
     def drift(self) -> Array | None:
@@ -105,6 +107,11 @@ class Followed:
         distance: Array = np.linalg.norm(self.motion.postures[1:] - self.motion.postures[0], axis=-1)
         return distance
 
+    @property
+    def limit(self) -> str | None:
+        """Where the postures after each cycle lead (repeatability.LimitCycle); None for fewer than four cycles."""
+        return limit_cycle(self.motion).kind if len(self.motion.cycle_ends) >= FEWEST_CYCLES else None
+
     def summary(self) -> dict[str, Any]:
         """What a reader wants of it first."""
         motion, drift = self.motion, self.drift
@@ -113,11 +120,13 @@ class Followed:
             "method": motion.method, "robot": motion.robot, "path": motion.path, "cycles": self.cycles,
             "drift, first cycle": None if drift is None else float(drift[0]),
             "drift, last cycle": None if drift is None else float(drift[-1]),
+            "postures after each cycle": self.limit,
             "largest task error": float(np.nanmax(error)) if np.isfinite(error).any() else None,
             "smallest lambda_min(N'WN)": float(np.nanmin(held)) if np.isfinite(held).any() else None,
             "smallest sigma_min(J)": float(motion.sigma_min_J.min()),
             "peak joint rate": self.peak_rate,
             "secondary error": self.secondary_error,
+            **{f"{name}, least and most": _range(values) for name, values in motion.measures.items()},
             "Lie bracket": self.bracket,
             "singularities": "; ".join(
                 f"{one.kind}, {one.of} = {one.value:.1e} at t = {one.t:.4f} s ({one.how})" for one in self.singularities
@@ -127,33 +136,42 @@ class Followed:
 
 
 def followed(
-    method: Method, robot: Robot, path: Path, *, cycles: int, seed: int = 0, q: Array | None = None, steps: int | None = None,
-    parameters: Mapping[str, Any] | None = None,
+    method: Method, robot: Robot, path: Path, *, cycles: int, seed: int = 0, q: Any = None, steps: int | None = None,
+    parameters: Mapping[str, Any] | None = None, measures: Mapping[str, Callable[[Any, Array], Array]] | None = None,
 ) -> Followed:  # fmt: skip
     """A method along a path, its secondary functions at rest; from q (n,), or from a start that it draws with `seed`.
 
     steps : fixed control steps per cycle; left out, the motion is integrated to 1e-12, but for a law that holds its task
         only roughly or switches its rank: no step is ever fine enough there, and it gets STEPS control steps
 
+    measures : name -> function (robot, q (T, n)) -> (T,), told along the way
+
     Raises what the law refuses at the start.
     """
     begun = {} if q is not None else start(method, robot, seed)._asdict()
-    q = begun["q"][0] if q is None else q
+    q = check.real(begun["q"][0] if q is None else q, "q")
     every = {**begun.get("parameters", {}), **method.still, **(parameters or {})}
+    taken(method, every)
+    # what stands still must begin where the method itself would let it: `still` may lift that condition on the way
+    method.cast(robot, q[None], np.zeros((1, robot.m)), **{**begun.get("parameters", {}), **(parameters or {})})
     if steps is None and method.task != "exact":
         steps = STEPS
     how = {"integrator": "solve_ivp"} if steps is None else {"integrator": "steps", "steps": steps}
-    motion = follow(method, robot, path, q, cycles=cycles, **how, **every)
+    motion = follow(method, robot, path, q, cycles=cycles, measures=measures, **how, **every)
     return Followed(
         motion, robot, path, cycles, bracket(method, robot, q, every), locate(motion, method, robot, **every),
         _secondary(motion, method, robot, cycles * path.duration, every),
     )  # fmt: skip
 
 
+def _range(values: Array) -> str | None:
+    return f"{np.nanmin(values):.6g} to {np.nanmax(values):.6g}" if np.isfinite(values).any() else None
+
+
 def _secondary(motion: Motion, method: Method, robot: Robot, duration: float, parameters: Mapping[str, Any]) -> float | None:
     try:
         return price(motion, method, robot, duration, **parameters).secondary_error
-    except RefusalError:  # the method has no secondary functions
+    except SandboxError:  # the method has no secondary functions, or its cast refuses a sample
         return None
 
 
@@ -182,7 +200,7 @@ def _row(one: Followed) -> dict[str, Any]:
     motion, robot = one.motion, one.robot
     corners = np.flatnonzero(np.diff(motion.t) == 0)
     spread = np.linspace(0, len(motion.t) - 1, KEPT * one.cycles).round().astype(int)
-    kept = np.unique(np.concatenate([spread, corners, corners + 1]))
+    kept = np.unique(np.concatenate([spread, corners, corners + 1, motion.cycle_ends])).astype(int)
     first = int(motion.cycle_ends[0]) if len(motion.cycle_ends) else len(motion.t) - 1
     # the first cycle, and the posture after each of the others
     seen = np.concatenate([np.unique(np.linspace(0, first, FRAMES).round().astype(int)), motion.cycle_ends[1:].astype(int)])

@@ -12,9 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from sandbox import check
 from sandbox import method as methods
-from sandbox.errors import NonFiniteError, RangeError, RefusalError, SandboxError, UnknownNameError
-from sandbox.law import answer
+from sandbox.errors import NonFiniteError, RangeError, RefusalError, SandboxError, ShapeError, UnknownNameError
+from sandbox.law import answer, taken
 from sandbox.method import Method
+from sandbox.parameters import chosen, number, whole
 from sandbox.spectrum import Spectrum, reduced_weight, smallest_eigenvalue
 from sandbox.tolerances import INTEGRATION, ORTHONORMAL, SMALLEST_STEP
 
@@ -28,6 +29,9 @@ SAMPLES = 200
 
 MOST_EVALUATIONS = 100_000
 """Evaluations of the law per piece of a path: a law that chatters is stopped there."""
+
+MOST_SAMPLES = 10_000_000
+"""Steps or samples of a motion: more do not fit into memory."""
 
 FIRST_STEP = 1 / 64
 """First step tried, as a share of the piece; the integrator adapts it at once."""
@@ -48,6 +52,9 @@ class Robot(methods.Robot, Protocol):
     @property
     def rows(self) -> tuple[int, ...]:
         """Which of (vx, vy, vz, wx, wy, wz) are the task."""
+
+    def translating(self, velocity: Any) -> Array:
+        """Task velocity (..., m) of a hand that moves at (..., 3) [m/s] and does not turn."""
 
 
 class Path(Protocol):
@@ -167,23 +174,25 @@ def follow(
     check.shape(q0, ("n",), {"n": robot.n}, "q0")
     if q0.ndim != 1:
         raise RangeError(f"q0 has shape {q0.shape}; a motion starts at one configuration ({robot.n},)")
-    for name, number in (("cycles", cycles), ("steps", steps), ("samples", samples)):
-        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
-            raise RangeError(f"{name} is {number!r}; it must be a whole number, at least 1", field=name, value=number)
+    cycles, steps, samples = whole(cycles, "cycles", 1), whole(steps, "steps", 1), whole(samples, "samples", 1)
     if cycles > 1 and not path.closed:
         raise RangeError(f"{path.name} is open: it cannot be followed {cycles} times; choose a closed path, or cycles=1")
-    if integrator not in INTEGRATORS:
-        raise UnknownNameError.of("integrator", integrator, INTEGRATORS)
-    if not 0 <= feedback < np.inf:
-        raise RangeError(f"feedback is {feedback}; it must be finite and not negative [1/s]", field="feedback", value=feedback)
-    if not INTEGRATION / 10 <= rtol < 1:
-        raise RangeError(f"rtol is {rtol}; it must be at least {INTEGRATION / 10:g} and below 1", field="rtol", value=rtol)
+    for name, total in (("steps", steps * cycles), ("samples", samples * cycles)):
+        if total > MOST_SAMPLES:
+            raise RangeError(f"{name} over all cycles are {total}; at most {MOST_SAMPLES} can be kept", field=name, value=total)
+    chosen("integrator", integrator, INTEGRATORS)
+    feedback, rtol = number(feedback, "feedback", least=0), number(rtol, "rtol", least=INTEGRATION / 10, most=0.5)
+    if measures is not None and not (isinstance(measures, Mapping) and all(map(callable, measures.values()))):
+        raise ShapeError("measures must be a mapping, name -> function (robot, q (T, n)) -> (T,)", field="measures")
     if isinstance(method, Method):
+        taken(method, parameters)
         name, one = method.name, _framework(method, robot, parameters)
+    elif not callable(method):
+        raise UnknownNameError.of("law", type(method).__name__, ("a Method", "a function (q, xdot) -> qdot"))
     elif parameters:
         raise UnknownNameError.of("parameter of a plain law", next(iter(parameters)), ("none",))
     else:
-        name, one = getattr(method, "__name__", type(method).__name__), method
+        name, one = getattr(method, "__name__", type(method).__name__), _own(method)
     asked = _Asked(robot, path, q0, feedback)
     law = _Counted(one, robot.n)
     law(q0, asked.velocity(0.0, q0))
@@ -201,7 +210,7 @@ def follow(
         t=round_ * path.duration + local, q=q, qdot=qdot, xdot=xdot,
         hand=robot.forward(q)[0], task_error=asked.error(local, q), lambda_min_reduced=smallest,
         sigma_min_J=np.linalg.svd(robot.jacobian(q), compute_uv=False)[:, -1],
-        measures={name: _stacked(lambda q, f=f: f(robot, q), q) for name, f in (measures or {}).items()},
+        measures={name: answered(lambda q, f=f: f(robot, q), q) for name, f in (measures or {}).items()},
         cycle_ends=trace.ends, stopped=trace.stopped, evaluations=law.count, between=trace.between,
     )  # fmt: skip
 
@@ -230,8 +239,16 @@ class _Asked:
 
     def rates(self, along: Array, local: Any, q: Array) -> Array:
         """Task velocity (..., m) for the point's velocity `along` (..., 3)."""
-        six = np.concatenate([along, np.zeros_like(along)], axis=-1)[..., self.rows]
-        return six - self.gain * self.error(local, q) if self.gain else six
+        asked = self.robot.translating(along)
+        if not self.gain:
+            return asked
+        error = self.error(local, q)
+        if np.isnan(error).any():
+            raise RefusalError(
+                "the hand turns about an axis that is no task row, so that its angle about the others is none to feed back; "
+                "make all three of them task rows, or follow without feedback"
+            )  # fmt: skip
+        return asked - self.gain * error
 
     def error(self, local: Any, q: Array) -> Array:
         """Where the hand is less where it should be (..., m) [m, rad]."""
@@ -256,12 +273,13 @@ class _Counted:
 
     def __call__(self, q: Array, xdot: Array) -> Array:
         self.count += 1
-        qdot = check.frozen(self.law(q, xdot))
+        try:
+            qdot = check.real(self.law(q.copy(), xdot.copy()), "qdot of the law")
+        except NonFiniteError as error:
+            raise NonFiniteError(f"the law gives joint rates that are not finite: {error}", **error.evidence) from error
         if qdot.shape != (self.n,):
             check.shape(qdot, ("n",), {"n": self.n}, "qdot of the law")
             raise RangeError(f"the law makes rates of shape {qdot.shape} of one configuration; they must be ({self.n},)")
-        if not np.isfinite(qdot).all():
-            raise NonFiniteError("the law gives joint rates that are not finite")
         return qdot
 
 
@@ -399,9 +417,25 @@ def _stepped(law: _Counted, asked: _Asked, q: Array, cycles: int, steps: int) ->
     )
 
 
+def _own(law: Rates) -> Rates:
+    """The user's own law: whatever goes wrong in it is a refusal."""
+
+    def guarded(q: Array, xdot: Array) -> Array:
+        try:
+            return law(q, xdot)
+        except REFUSED:
+            raise
+        except Exception as error:
+            raise RefusalError(f"the law failed: {type(error).__name__}: {check.line(error)}") from error
+
+    return guarded
+
+
 def _framework(method: Method, robot: Robot, parameters: Mapping[str, Any]) -> Rates:
     def law(q: Array, xdot: Array) -> Array:
         problem = method.cast(robot, q[None], xdot[None], **parameters)
+        if problem.lead != (1,):
+            raise ShapeError(f"a parameter of {method.name} is of {problem.lead} configurations; a motion needs one for all")
         found: Array = answer(method, robot, problem[0], parameters).x
         return found
 
@@ -413,7 +447,7 @@ def _judged(
 ) -> tuple[Array, Array]:
     """Smallest eigenvalue (T,) of N'WN and joint rates (T, n) at every sample."""
     if not isinstance(method, Method):
-        rows = _stacked(lambda q, xdot: np.array([one(*row) for row in zip(q, xdot, strict=True)]), q, xdot)
+        rows = answered(lambda q, xdot: np.array([one(*row) for row in zip(q.copy(), xdot.copy(), strict=True)]), q, xdot)
         return np.full(len(q), np.nan), rows
 
     def both(q: Array, xdot: Array) -> Array:
@@ -422,18 +456,18 @@ def _judged(
         smallest = smallest_eigenvalue(reduced_weight(problem, N))
         return np.column_stack([smallest, answer(method, robot, problem, parameters, on_refusal="status").x])
 
-    found = _stacked(both, q, xdot)
+    found = answered(both, q, xdot)
     return found[:, 0], found[:, 1:]
 
 
-def _stacked(function: Callable[..., Array], *stacks: Array) -> Array:
+def answered(function: Callable[..., Array], *stacks: Array) -> Array:
     """`function` of whole stacks (T, ...), (T,) or (T, r); where it refuses, of halves, down to refused members: NaN."""
-    parts = _answered(function, *stacks)
+    parts = _parts(function, *stacks)
     shape = next((part.shape[1:] for part in parts if part is not None), ())
     return np.concatenate([np.full((1, *shape), np.nan) if part is None else part for part in parts])
 
 
-def _answered(function: Callable[..., Array], *stacks: Array) -> list[Array | None]:
+def _parts(function: Callable[..., Array], *stacks: Array) -> list[Array | None]:
     """Answers in order; None stands for one member that was refused."""
     try:
         return [np.asarray(function(*stacks), dtype=float)]
@@ -442,4 +476,4 @@ def _answered(function: Callable[..., Array], *stacks: Array) -> list[Array | No
         if count == 1:
             return [None]
     halves = (slice(count // 2), slice(count // 2, None))
-    return [part for half in halves for part in _answered(function, *(stack[half] for stack in stacks))]
+    return [part for half in halves for part in _parts(function, *(stack[half] for stack in stacks))]

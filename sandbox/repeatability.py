@@ -9,17 +9,23 @@ from typing import Any
 
 import numpy as np
 
-from sandbox.errors import RangeError, RefusalError
+from sandbox import check
+from sandbox.errors import RangeError, RankDeficientError, RefusalError, ShapeError, UnknownNameError
 from sandbox.law import rates
 from sandbox.method import Method, Robot
 from sandbox.motion import Motion
+from sandbox.parameters import number
 from sandbox.spectrum import Spectrum
-from sandbox.tolerances import BRACKET_ROUNDING, BRACKET_STEP, CLOSED_CYCLE, LIMIT_KNOWN, LINEARITY, UNIT
+from sandbox.tolerances import BRACKET_ROUNDING, BRACKET_STEP, CLOSED_CYCLE, LIMIT_KNOWN, LINEARITY, RANK, UNIT
 
 Array = np.ndarray
 
 STENCIL = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 """Weights of (f(h) - f(-h))/h, (f(2h) - f(-2h))/h, ...: a central difference of eighth order."""
+
+
+FEWEST_CYCLES = 4
+"""Fewer postures cannot tell a limit from drift."""
 
 
 def drift(motion: Motion) -> Array:
@@ -56,7 +62,7 @@ def limit_cycle(motion: Motion) -> LimitCycle:
     Raises RangeError for fewer.
     """
     steps = drift(motion)
-    if len(steps) < 4:
+    if len(steps) < FEWEST_CYCLES:
         raise RangeError(f"{len(steps)} cycles cannot tell a limit from drift; follow at least 4", cycles=len(steps))
     lengths = np.linalg.norm(steps, axis=-1)
     last = motion.postures[-1]
@@ -110,24 +116,44 @@ def lie_brackets(
     Raises RefusalError where the law is not linear in xdot (a secondary motion of its own, or weights that depend on the
     direction of motion), and what the law raises at q or at a neighbour 4 steps away. RangeError for a step not positive.
 
+    RankDeficientError where J has not full row rank, ShapeError for more than one configuration.
+
     Source: methods, Repeatability; Shamir & Yomdin 1988, Roberts & Maciejewski 1993.
     """
-    if not 0 < step < np.inf:
-        raise RangeError(f"step is {step}; it must be positive [rad, m]", field="step", value=step)
-    q = np.asarray(q, dtype=float)
+    if not (isinstance(method, Method) or callable(method)):
+        raise UnknownNameError.of("law", type(method).__name__, ("a Method", "a function (q, xdot) -> qdot"))
+    step = number(step, "step", above=0)
+    q = check.real(q, "q")
     n, m = robot.n, robot.m
+    if q.shape != (n,):
+        raise ShapeError(f"q has shape {q.shape}; brackets are taken at one configuration ({n},)", shape=q.shape)
     J = robot.jacobian(q)
+    sigma = np.linalg.svd(J, compute_uv=False)
+    if m > n or not sigma[-1] > RANK * n * UNIT * sigma[0]:
+        raise RankDeficientError(
+            "J has not full row rank there: no G with J G = I, and no brackets to take; choose another configuration",
+            singular_values=sigma.tolist(),
+        )  # fmt: skip
 
     def law(q: Array, xdot: Array) -> Array:
         """Joint rates (B, n)."""
         if isinstance(method, Method):
             return rates(method, robot, q, xdot, **parameters)
-        return np.array([method(*row) for row in zip(q, xdot, strict=True)])
+        rows = check.real([method(*row) for row in zip(q, xdot, strict=True)], "the law's rates")
+        check.shape(rows, ("B", "n"), {"B": len(q), "n": n}, "the law's rates")
+        return rows
 
     def G(q: Array) -> Array:
-        """Columns of G (B, n, m) at q (B, n)."""
-        columns = law(np.repeat(q, m, axis=0), np.tile(np.eye(m), (len(q), 1)))
-        return np.swapaxes(columns.reshape(len(q), m, n), -1, -2)
+        """Columns of G (B, n, m) at q (B, n); refuses a law that moves the joints while the hand rests."""
+        units = np.concatenate([np.eye(m), np.zeros((1, m))])
+        columns = law(np.repeat(q, m + 1, axis=0), np.tile(units, (len(q), 1))).reshape(len(q), m + 1, n)
+        still = np.abs(columns[:, m]).max()
+        if still > LINEARITY * np.abs(columns[:, :m]).max():
+            raise RefusalError(
+                f"the law moves the joints by {still:.3g} while the hand rests: brackets are of qdot = G xdot alone; take its "
+                "secondary motion out (alpha = 0)"
+            )  # fmt: skip
+        return np.swapaxes(columns[:, :m], -1, -2)
 
     def derivative(step: float) -> Array:
         """DG (n, m, n): [:, i, k] = dG_i/dq_k."""
@@ -138,14 +164,8 @@ def lie_brackets(
         return np.moveaxis(slope, 0, -1)
 
     here = G(q[None])[0]
-    both = law(np.stack([q, q]), np.stack([np.zeros(m), -np.ones(m)]))
-    size = LINEARITY * np.abs(here).max()
-    if np.abs(both[0]).max() > size:
-        raise RefusalError(
-            f"the law moves the joints by {np.abs(both[0]).max():.3g} while the hand rests: brackets are of qdot = G xdot "
-            "alone; take its secondary motion out (alpha = 0)"
-        )  # fmt: skip
-    if np.abs(both[1] + here.sum(axis=-1)).max() > size:
+    backwards = law(q[None], -np.ones((1, m)))[0]
+    if np.abs(backwards + here.sum(axis=-1)).max() > LINEARITY * np.abs(here).max():
         raise RefusalError("the law is not linear in the task velocity: there is no matrix G of which to take brackets")
     fine, coarse = derivative(step / 2), derivative(step)
     pairs = tuple(combinations(range(m), 2))
@@ -162,7 +182,6 @@ def lie_brackets(
     scale = np.array([spectral[j] * length[i] + spectral[i] * length[j] for i, j in pairs])
     scale = np.where(scale > 0, scale, 1.0)
     # rounding of G is u cond(J) |G|, divided by the step and multiplied by |G|
-    sigma = np.linalg.svd(J, compute_uv=False)
     rounding = BRACKET_ROUNDING * n * UNIT * sigma[0] / sigma[-1] * length.max() ** 2 / (step / 2)
     truncated = np.linalg.norm(outside(coarse)[1] - beyond, axis=-1)
     return Brackets(

@@ -36,7 +36,7 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
         if `out` holds anything, unless that is a run and `overwrite` says to replace it.
     """
     out = Path(out)
-    _refuse_foreign(out, overwrite)
+    refuse_foreign(out, overwrite)
     out.mkdir(parents=True, exist_ok=True)
     with _locked(out):
         for kind in KINDS:  # only the parts of a run of our own are ever removed
@@ -86,7 +86,7 @@ def _carry_out(plan: Plan, out: Path, command: str, progress: Progress) -> dict[
     return content
 
 
-def _refuse_foreign(out: Path, overwrite: bool) -> None:
+def refuse_foreign(out: Path, overwrite: bool) -> None:
     """Let `out` be a new or empty folder, or a run that may be replaced."""
     if out.exists() and not out.is_dir():
         raise InputFileError(f"{out} is a file; --out names a folder")

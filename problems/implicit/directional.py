@@ -71,7 +71,7 @@ def plain_along(f: Callable[[Array], Array], q: Any, N: Any) -> Array:
     miss = np.abs(difference - slopes.sum(axis=-1))
     bad = ~(miss <= DIFFERENCE * (np.abs(difference) + np.abs(slopes).sum(axis=-1) + size))
     if bad.any():
-        at = tuple(int(i) for i in np.argwhere(bad)[0])
+        at = check.first(bad)
         raise NotAnalyticError(
             f"f does not take complex numbers as an analytic function does: at configuration {list(at)} its complex step is "
             f"{slopes.sum(axis=-1)[at]:.6g} where its difference is {difference[at]:.6g}; write it without abs, max, real "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ from problems.measures.obstacle import OBSTACLE, obstacle_potential
 from problems.measures.posture import POSTURE, posture
 from problems.measures.singular_value import SMALLEST, smallest_singular_value
 from problems.robots.robot import Robot
-from sandbox.errors import UnknownNameError
+from sandbox.errors import RangeError
+from sandbox.parameters import chosen
 
 
 class Row(NamedTuple):
@@ -56,8 +58,14 @@ MEASURES = {
 def load(name: str, robot: Robot, **parameters: Any) -> Measure:
     """The measure called `name` on a robot.
 
-    Raises UnknownNameError where there is none, and what the measure's own parameters raise.
+    Raises UnknownNameError where there is none, RangeError where a parameter without a default is left out, and what the
+    measure's own parameters raise.
     """
-    if name not in MEASURES:
-        raise UnknownNameError.of("measure", name, MEASURES)
-    return MEASURES[name].factory(robot, **parameters)
+    factory = MEASURES[chosen("measure", name, MEASURES)].factory
+    _, *known = signature(factory).parameters.values()
+    for parameter in parameters:
+        chosen(f"parameter of {name}", parameter, [one.name for one in known] or ("none",))
+    missing = [one.name for one in known if one.default is one.empty and one.name not in parameters]
+    if missing:
+        raise RangeError(f"{name} is no measure without {' and '.join(missing)}; give it from Python", field=missing[0])
+    return factory(robot, **parameters)

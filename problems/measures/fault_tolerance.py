@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from math import comb
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from problems.measures.jacobian import pairing_gradient, require_full_rank
-from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError, at
+from problems.measures.jacobian import Decomposition, decompose, pairing_gradient, require_full_rank
+from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError
 from problems.measures.singular_value import require_simple
 from problems.robots.robot import Robot
 from sandbox import check
-from sandbox.errors import RangeError, RefusalError, SandboxError
+from sandbox.errors import RangeError, RefusalError, SandboxError, ShapeError
+from sandbox.parameters import configuration, told, whole
 from sandbox.tolerances import RANK, TIE, UNIT
 
 Array = np.ndarray
@@ -58,7 +59,7 @@ def kfm(robot: Robot, *, failures: int = 1, joints: Sequence[int] | None = None)
         left = _kept(robot.n, sets)[worst]  # (..., n - f)
         reduced = np.take_along_axis(J, left[..., None, :], axis=-1)
         U, sigma, Vt = np.linalg.svd(reduced, full_matrices=False)
-        require_full_rank(robot, reduced, sigma, "what the worst failure leaves of it")
+        require_full_rank(robot, reduced, sigma, "what the worst failure leaves of it has no gradient there: keep away")
         require_simple(robot, sigma, "the smallest singular value left by the worst failure")
         v = np.zeros(np.shape(q))
         np.put_along_axis(v, left, Vt[..., -1, :], axis=-1)
@@ -121,14 +122,16 @@ Sets = tuple[tuple[int, ...], ...]
 def failure_sets(robot: Robot, failures: int = 1, joints: Sequence[int] | None = None) -> Sets:
     """Every choice of `failures` joints out of `joints` (1..n).
 
-    Raises TooManyFailuresError where they exceed n - m, RangeError for joints that are not there or no such choice.
+    Raises TooManyFailuresError where they exceed n - m, RangeError for joints that are not there or no such choice,
+    ShapeError for what is no list of joints.
     """
-    chosen = sorted(set(robot.joints if joints is None else (int(joint) for joint in joints)))
-    strange = [joint for joint in chosen if joint not in robot.joints]
-    if strange:
-        raise RangeError(f"joint {strange[0]} is not one of 1..{robot.n} of {robot.name}", joint=strange[0])
-    if not 1 <= failures <= len(chosen):
-        raise RangeError(f"{failures} of {len(chosen)} joints cannot fail; at least one must, and no more than there are")
+    if joints is not None and (isinstance(joints, str) or not isinstance(joints, Iterable)):
+        raise ShapeError(f"joints is {told(joints)}; give the numbers of those that may fail, of 1..{robot.n}", field="joints")
+    given = robot.joints if joints is None else list(joints)
+    chosen = sorted({whole(joint, f"joints[{place}] of {robot.name}", 1, robot.n) for place, joint in enumerate(given)})
+    if not chosen:
+        raise RangeError("joints is empty: name at least one that may fail, or leave it out for all", field="joints")
+    failures = whole(failures, f"failures of {len(chosen)} joints", 1, len(chosen))
     if failures > robot.k:
         raise TooManyFailuresError(
             f"{robot.name} has n - m = {robot.k} degrees of redundancy: with {failures} joints locked the task is lost, "
@@ -163,31 +166,13 @@ def tied(values: Array, scale: Any = 1.0) -> Array:
     return values - values.min(axis=-1, keepdims=True) <= TIE * np.asarray(scale)[..., None]
 
 
-class Redundancy(NamedTuple):
-    """J = U diag(sigma) Vt (..., m, n), with the J^+ and the orthonormal N that come of it; m <= n."""
-
-    U: Array
-    sigma: Array
-    Vt: Array
+class Redundancy(Decomposition):
+    """The Jacobian decomposed, and what locked joints leave of it."""
 
     @classmethod
     def of(cls, robot: Robot, q: Array) -> Redundancy:
-        """Those of a robot at q; refuses a Jacobian without full row rank."""
-        J = robot.jacobian(q)
-        found = cls(*np.linalg.svd(J))
-        require_full_rank(robot, J, found.sigma, "relative manipulability")
-        return found
-
-    @property
-    def N(self) -> Array:
-        """Orthonormal basis (..., n, n - m) of null J, where J has full row rank."""
-        return np.swapaxes(self.Vt[..., self.U.shape[-1] :, :], -1, -2)
-
-    @property
-    def pinv(self) -> Array:
-        """J^+ (..., n, m), where J has full row rank."""
-        V = np.swapaxes(self.Vt[..., : self.U.shape[-1], :], -1, -2)
-        return V @ (np.swapaxes(self.U, -1, -2) / self.sigma[..., None])
+        """That of a robot at q; refuses a Jacobian without full row rank."""
+        return cls(*decompose(robot, robot.jacobian(q), "relative manipulability has no value there: keep away"))
 
     def relative(self, sets: Sets) -> Array:
         """rho_S (..., |sets|)."""
@@ -213,16 +198,15 @@ def _kept(n: int, sets: Sets) -> Array:
 
 def _refuse_zero(robot: Robot, redundancy: Redundancy, rho: Array, sets: Sets, error: type[SandboxError]) -> None:
     """Refuse relative manipulabilities (..., s) that are zero by rounding: N is known to n u cond(J)."""
-    sigma = redundancy.sigma
-    bad = ~(rho > (RANK * robot.n * UNIT * sigma[..., 0] / sigma[..., -1])[..., None])
+    bad = ~(rho > (RANK * robot.n * UNIT * redundancy.condition)[..., None])
     if not bad.any():
         return
-    *where, _ = (int(i) for i in np.argwhere(bad)[0])
+    *where, _ = check.first(bad)
     index = tuple(where)
     every = redundancy.relative(sets)[index]
     lost = [place + 1 for place in sets[int(every.argmin())]]
     raise error(
-        f"at {at(index)} of {robot.name} the self-motion does not move joint {', '.join(map(str, lost))} (relative "
+        f"at {configuration(index)} of {robot.name} the self-motion does not move joint {', '.join(map(str, lost))} (relative "
         f"manipulability {every.min():.3g}): locked there, the arm loses the task, and the measure has no gradient; leave "
         "those joints out of `joints`, or keep away",
         index=index, joints=lost, value=float(every.min()),

@@ -8,11 +8,12 @@ import casadi as ca
 import numpy as np
 
 from problems.measures.gravity_torque import WeightlessError, require_heavy
-from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError, at, compiled, symbolic
+from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError, compiled, symbolic
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
 from sandbox import check
-from sandbox.errors import RangeError
+from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import configuration
 from sandbox.tolerances import KINK, UNIT
 
 Array = np.ndarray
@@ -61,8 +62,8 @@ def swing_acceleration(robot: Robot, *, weights: Any = None) -> Measure:
         if bad.any():
             index, joint = _found(bad, counted)
             raise OutsideDomainError(
-                f"joint {joint} of {robot.name} moves no inertia at {at(index)}: let go, it would accelerate without bound; "
-                "give it the weight 0, or the links their inertia",
+                f"joint {joint} of {robot.name} moves no inertia at {configuration(index)}: let go, it would accelerate "
+                "without bound; give it the weight 0, or the links their inertia",
                 index=index, joint=joint, value=float(inertia[index][joint - 1]),
             )  # fmt: skip
 
@@ -100,8 +101,8 @@ def swing_angle(robot: Robot, *, weights: Any = None) -> Measure:
         if bad.any():
             index, joint = _found(bad, counted)
             raise NotDifferentiableError(
-                f"joint {joint} of {at(index)} stands upright over its axis: its swing angle jumps between pi and -pi there; "
-                "leave the upright pose first",
+                f"joint {joint} of {configuration(index)} stands upright over its axis: its swing angle jumps between pi and "
+                "-pi there; leave the upright pose first",
                 index=index, joint=joint, angle=float(theta[index][joint - 1]),
             )  # fmt: skip
 
@@ -136,7 +137,8 @@ def turned(robot: Robot) -> Array:
 
 def _weights(robot: Robot, weights: Any) -> Array:
     weights = check.real(weights, "weights")
-    check.shape(weights, ("n",), {"n": robot.n}, "weights")
+    if weights.shape != (robot.n,):
+        raise ShapeError(f"weights has shape {weights.shape}; it must be (n,) = ({robot.n},)", field="weights")
     if (weights < 0).any():
         joint = int(np.flatnonzero(weights < 0)[0]) + 1
         raise RangeError(f"the weight of joint {joint} is {weights[joint - 1]:g}; weights are at least 0", joint=joint)
@@ -155,14 +157,14 @@ def _refuse_flat(robot: Robot, found: Swing, counted: tuple[int, ...]) -> None:
             index, joint = _found(bad, counted)
             value = float(values[index][joint - 1])
             raise OutsideDomainError(
-                f"joint {joint} of {robot.name} {what} at {at(index)} ({name} {value:.3g}): it has no swing angle; give it "
-                "the weight 0, or keep away",
+                f"joint {joint} of {robot.name} {what} at {configuration(index)} ({name} {value:.3g}): it has no swing angle; "
+                "give it the weight 0, or keep away",
                 index=index, joint=joint, value=value,
             )  # fmt: skip
 
 
 def _found(bad: Array, counted: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
-    *where, place = (int(i) for i in np.argwhere(bad)[0])
+    *where, place = check.first(bad)
     return tuple(where), counted[place] + 1
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from problems.measures.measure import Card, Measure, symbolic
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
-from sandbox import check
 from sandbox.errors import RangeError, RefusalError
+from sandbox.parameters import matrix, single
 from sandbox.tolerances import KINK, UNIT
 
 Array = np.ndarray
@@ -40,13 +40,8 @@ def gravity_torque(robot: Robot, *, Q: Any = None) -> Measure:
 
 
 def torque_weight(robot: Robot, Q: Any = None) -> Array:
-    """Q (n, n), checked: symmetric and, but for rounding, positive semidefinite; I if left out, a diagonal if (n,)."""
-    if Q is None:
-        return np.eye(robot.n)
-    Q = check.real(Q, "Q")
-    Q = np.diag(Q) if Q.ndim == 1 else Q
-    check.shape(Q, ("n", "n"), {"n": robot.n}, "Q")
-    Q = check.symmetric(Q, "Q")
+    """Q (n, n), checked: symmetric and, but for rounding, positive semidefinite; a number times I, or a diagonal (n,)."""
+    Q = single(matrix(1.0 if Q is None else Q, "Q", robot.n), "Q", robot.n)
     smallest = float(np.linalg.eigvalsh(Q)[..., 0].min())
     if smallest < -KINK * robot.n * UNIT * np.abs(Q).max():
         raise RangeError(

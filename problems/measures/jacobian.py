@@ -1,14 +1,18 @@
-"""What measures of the Jacobian share: its rank by rounding, and the gradient of a pairing <A, J(q)>."""
+"""The Jacobian of a robot, decomposed and of full row rank, and the gradient of a pairing <A, J(q)>."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from problems.measures.measure import at, compiled
+from problems.measures.measure import compiled
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
+from sandbox import check
 from sandbox.errors import RankDeficientError
+from sandbox.parameters import configuration
 from sandbox.tolerances import RANK, UNIT
 
 Array = np.ndarray
@@ -27,24 +31,58 @@ def _pairing(twin: Twin, A: Symbol) -> Symbol:
     return ca.dot(A, ca.vec(twin.jacobian.T))  # row by row, as numpy
 
 
-def deficient(J: Array, sigma: Array) -> Array:
-    """Where J (..., m, n) with the singular values sigma has, by rounding, no full row rank (...,) bool."""
-    m, n = J.shape[-2:]
-    if m > n:
-        return np.ones(J.shape[:-2], dtype=bool)
-    return ~(sigma[..., m - 1] > RANK * n * UNIT * sigma[..., 0])
+class Decomposition(NamedTuple):
+    """J = U diag(sigma) V' (..., m, n), m <= n: U (..., m, m), sigma (..., m) descending, Vt (..., n, n); of full row rank."""
+
+    U: Array
+    sigma: Array
+    Vt: Array
+
+    @property
+    def V(self) -> Array:
+        """Orthonormal basis (..., n, m) of range J'."""
+        return np.swapaxes(self.Vt[..., : self.U.shape[-1], :], -1, -2)
+
+    @property
+    def N(self) -> Array:
+        """Orthonormal basis (..., n, n - m) of null J."""
+        return np.swapaxes(self.Vt[..., self.U.shape[-1] :, :], -1, -2)
+
+    @property
+    def pinv(self) -> Array:
+        """J^+ (..., n, m)."""
+        return self.V @ (np.swapaxes(self.U, -1, -2) / self.sigma[..., None])
+
+    @property
+    def condition(self) -> Array:
+        """sigma_1/sigma_m (...,)."""
+        return self.sigma[..., 0] / self.sigma[..., -1]
 
 
-def require_full_rank(robot: Robot, J: Array, sigma: Array, name: str) -> None:
-    """Refuse J (..., m, n) without full row rank, sigma (..., min(m, n)) its singular values: `name` has no gradient there.
+EQ13 = "use least_squares_rank_deficient (eq. 13)"
 
-    Raises RankDeficientError with the configuration and the singular values.
+
+def decompose(robot: Robot, J: Array, way_out: str = EQ13) -> Decomposition:
+    """J (..., m, n) of a robot, decomposed.
+
+    Raises RankDeficientError as `require_full_rank`.
     """
-    bad = deficient(J, sigma)
+    found = Decomposition(*np.linalg.svd(J))
+    require_full_rank(robot, J, found.sigma, way_out)
+    return found
+
+
+def require_full_rank(robot: Robot, J: Array, sigma: Array, way_out: str = EQ13) -> None:
+    """Refuse J (..., m, n) that has by rounding no full row rank; sigma (..., min(m, n)) its singular values.
+
+    Raises RankDeficientError with the configuration, the singular values and the way out.
+    """
+    m, n = J.shape[-2:]
+    bad = ~(sigma[..., -1] > RANK * n * UNIT * sigma[..., 0]) | (m > n)
     if bad.any():
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        index = check.first(bad)
         raise RankDeficientError(
-            f"the Jacobian of {robot.name} has no full row rank at {at(index)} (singular values "
-            f"{', '.join(f'{s:.3g}' for s in sigma[index])}): {name} has no gradient there; keep away from the singularity",
+            f"{configuration(index)} of {robot.name}: J has no full row rank, its singular values are "
+            f"({', '.join(f'{value:.3g}' for value in sigma[index])}); {way_out}",
             index=index, singular_values=sigma[index].tolist(),
         )  # fmt: skip

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError, at, first, symbolic
+from problems.measures.measure import Card, Measure, NotDifferentiableError, OutsideDomainError, symbolic
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
+from sandbox import check
 from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import configuration, extended, whole
 from sandbox.tolerances import KINK, UNIT
 
 Array = np.ndarray
@@ -33,30 +35,6 @@ LARGEST_EXPONENT = 20
 """Powers of joint positions that are told from mid-range at all stay in the range of floats."""
 
 
-def _centre(lower: Array, upper: Array) -> tuple[Array, Array]:
-    if not np.all(lower < upper):
-        raise RangeError("every lower joint limit must lie below the upper one", lower=lower, upper=upper)
-    return (lower + upper) / 2, (upper - lower) / 2
-
-
-def joint_limits(q: Array, lower: Array, upper: Array) -> Array:
-    """Measure f = 1/n sum ((q_i - c_i)/(c_i - upper_i))^2 (...,), dimensionless; q (..., n), limits (n,) [rad].
-
-    Raises RangeError where a lower limit is not below its upper one.
-    """
-    centre, half = _centre(lower, upper)
-    return np.mean(((q - centre) / half) ** 2, axis=-1)
-
-
-def joint_limits_gradient(q: Array, lower: Array, upper: Array) -> Array:
-    """Gradient of f (..., n) [1/rad], f as in `joint_limits`.
-
-    Raises RangeError where a lower limit is not below its upper one.
-    """
-    centre, half = _centre(lower, upper)
-    return 2 / q.shape[-1] * (q - centre) / half**2
-
-
 class Limits(NamedTuple):
     """Which joints count (their places, 0..n-1), and their limits and weights, one each per joint that counts."""
 
@@ -73,8 +51,8 @@ def limits(robot: Robot, lower: Any = None, upper: Any = None, weights: Any = No
 
     Raises
     ------
-    ShapeError
-        for limits or weights that are not (n,)
+    ShapeError, NonFiniteError
+        for limits or weights that are not (n,), or masked
     RangeError
         where a limit is NaN, a lower one not below its upper one, a weight negative, a weight is given to a joint
         without two finite limits, or no joint is left
@@ -90,7 +68,7 @@ def limits(robot: Robot, lower: Any = None, upper: Any = None, weights: Any = No
             "lie below the upper one",
             joint=joint, lower=float(lower[joint - 1]), upper=float(upper[joint - 1]),
         )  # fmt: skip
-    w = _numbers(robot, "weights", bounded if weights is None else weights)
+    w = _numbers(robot, "weights", bounded.astype(float) if weights is None else weights)
     bad = ~((w >= 0) & (w < np.inf))
     if bad.any():
         joint = int(np.flatnonzero(bad)[0]) + 1
@@ -111,10 +89,7 @@ def limits(robot: Robot, lower: Any = None, upper: Any = None, weights: Any = No
 
 def _numbers(robot: Robot, name: str, values: Any) -> Array:
     """Numbers (n,), infinite or NaN ones too."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must hold {robot.n} real numbers", field=name) from None
+    array = extended(values, name)
     if array.shape != (robot.n,):
         raise ShapeError(f"{name} has shape {array.shape}; it must be (n,) = ({robot.n},)", field=name, shape=array.shape)
     return array
@@ -134,7 +109,8 @@ def p_norm(robot: Robot, *, p: int = EXPONENT, lower: Any = None, upper: Any = N
 
     Raises RangeError for another p, and what `limits` raises; the gradient refuses mid-range (NotDifferentiableError).
     """
-    if isinstance(p, bool) or p != int(p) or p % 2 or not 2 <= p <= LARGEST_EXPONENT:
+    p = whole(p, "p", 2, LARGEST_EXPONENT, of="an even number")
+    if p % 2:
         raise RangeError(f"p is {p}; it must be an even number of 2..{LARGEST_EXPONENT}", p=p)
     kept = limits(robot, lower, upper, weights)
     middle, half, counted = (kept.lower + kept.upper) / 2, (kept.upper - kept.lower) / 2, list(kept.joints)
@@ -143,14 +119,15 @@ def p_norm(robot: Robot, *, p: int = EXPONENT, lower: Any = None, upper: Any = N
     def smooth(robot: Robot, q: Array) -> None:
         bad = (np.abs(q[..., counted] - middle) <= known).all(axis=-1, keepdims=True)
         if bad.any():
-            index, _ = first(bad)
+            index = check.first(bad[..., 0])
             raise NotDifferentiableError(
-                f"every joint of {at(index)} is at mid-range: the p-norm has no gradient there; use the quadratic measure",
+                f"every joint of {configuration(index)} is at mid-range: the p-norm has no gradient there; "
+                "use the quadratic measure",
                 index=index, distance=float(np.abs((q[index][counted] - middle) / half).max()),
             )  # fmt: skip
 
     return symbolic(
-        *P_NORM[:4], _p_norm, constants=(kept.joints, int(p)), parameters=(kept.lower, kept.upper, kept.weights),
+        *P_NORM[:4], _p_norm, constants=(kept.joints, p), parameters=(kept.lower, kept.upper, kept.weights),
         domain=P_NORM.domain, smooth=smooth,
     )  # fmt: skip
 
@@ -166,12 +143,13 @@ def barrier(robot: Robot, *, lower: Any = None, upper: Any = None, weights: Any 
     def guard(robot: Robot, q: Array) -> None:
         bad = ~((q[..., counted] > kept.lower) & (q[..., counted] < kept.upper))
         if bad.any():
-            index, place = first(bad)
-            joint, low, high = kept.joints[place - 1] + 1, kept.lower[place - 1], kept.upper[place - 1]
+            *where, place = check.first(bad)
+            index = tuple(where)
+            joint, low, high = kept.joints[place] + 1, kept.lower[place], kept.upper[place]
             value = float(q[index][joint - 1])
             raise OutsideDomainError(
-                f"joint {joint} of {at(index)} is at {value:.17g}, not between its limits {low:.17g} and {high:.17g}: the "
-                "barrier is infinite there; start inside, or use the quadratic measure",
+                f"joint {joint} of {configuration(index)} is at {value:.17g}, not between its limits {low:.17g} and "
+                f"{high:.17g}: the barrier is infinite there; start inside, or use the quadratic measure",
                 index=index, joint=joint, value=value, lower=float(low), upper=float(high),
             )  # fmt: skip
 

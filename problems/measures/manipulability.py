@@ -22,27 +22,12 @@ LOG_VOLUME = Card(
 )  # fmt: skip
 
 
-def manipulability(J: Array) -> Array:
-    """Product w (...,) of the singular values of J (..., m, n)."""
-    return np.prod(np.linalg.svd(J, compute_uv=False), axis=-1)
-
-
-def manipulability_gradient(J: Array, dJ: Array) -> Array:
-    """Gradient dw/dq_k = w tr((dJ/dq_k) J^+) (..., n), for dJ (..., n, m, n) with dJ[..., k, :, :] = dJ/dq_k.
-
-    J must have full row rank: at a singularity w has no gradient.
-    """
-    return manipulability(J)[..., None] * np.einsum("...kij,...ji->...k", dJ, np.linalg.pinv(J))
-
-
 def volume() -> Measure:
     """Measure w = sqrt(det JJ'), the product of the singular values; its unit is that of the task rows' product.
 
     The gradient refuses a Jacobian without full row rank (RankDeficientError). Scaling a task row scales w.
     """
-    return symbolic(
-        *VOLUME[:4], _volume, domain=VOLUME.domain, smooth=_regular, value=lambda robot, q: manipulability(robot.jacobian(q)),
-    )  # fmt: skip
+    return symbolic(*VOLUME[:4], _volume, domain=VOLUME.domain, smooth=_regular, value=_product)
 
 
 def log_volume() -> Measure:
@@ -50,9 +35,14 @@ def log_volume() -> Measure:
     return symbolic(*LOG_VOLUME[:4], _log_volume, domain=LOG_VOLUME.domain, guard=_regular)
 
 
+def _product(robot: Robot, q: Array) -> Array:
+    """Product (...,) of the singular values of J."""
+    return np.prod(np.linalg.svd(robot.jacobian(q), compute_uv=False), axis=-1)
+
+
 def _regular(robot: Robot, q: Array) -> None:
     J = robot.jacobian(q)
-    require_full_rank(robot, J, np.linalg.svd(J, compute_uv=False), "manipulability")
+    require_full_rank(robot, J, np.linalg.svd(J, compute_uv=False), "manipulability has no gradient there: keep away")
 
 
 def _triangular(twin: Twin) -> Symbol:

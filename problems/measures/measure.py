@@ -14,6 +14,7 @@ from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, twin
 from sandbox import check
 from sandbox.errors import RangeError, RefusalError, ShapeError
+from sandbox.parameters import vectors, within
 
 Array = np.ndarray
 
@@ -96,14 +97,16 @@ def symbolic(
     value : how the value is computed, where the expression would lose digits
     """
     values = [np.asarray(check.real(v, f"parameter of {name}")) for v in parameters]
+    for v in values:
+        if not v.ndim:
+            raise ShapeError(f"a parameter of {name} is one number, {float(v):g}; give one per joint or coordinate")
     sizes = tuple(v.shape[-1] for v in values)
 
     def evaluated(order: int) -> Function:
         def function(robot: Robot, q: Array) -> Array:
-            q = check.real(q, "q")
-            check.shape(q, ("n",), {"n": robot.n}, "q")
+            q = vectors(q, "q", robot.n)
             for v in values:
-                together(q, v, f"parameter of {name}")
+                within(q.shape[:-1], v.shape[:-1], f"parameter of {name}")
             guard(robot, q)
             if order:
                 smooth(robot, q)
@@ -126,22 +129,4 @@ def compiled(
     f = expression(symbols, *constants, *given)
     if order:
         f = ca.gradient(f, symbols.q) if order == 1 else ca.hessian(f, symbols.q)[0]
-    return symbols.evaluator(f, parameters=given)
-
-
-def together(q: Array, parameter: Array, name: str) -> None:
-    """Refuse (ShapeError) a parameter (p,) or (..., p) that does not go with the configurations q (..., n)."""
-    lead = check.leading({"q": q.shape[:-1], name: parameter.shape[:-1]})
-    if lead != q.shape[:-1]:
-        raise ShapeError(f"{name} has the leading axes {parameter.shape[:-1]}, q only {q.shape[:-1]}: give q for each")
-
-
-def first(bad: Array) -> tuple[tuple[int, ...], int]:
-    """Where the first True of (..., n) stands: the configuration's index in the stack, and the joint's number 1..n."""
-    *at, joint = (int(i) for i in np.argwhere(bad)[0])
-    return tuple(at), joint + 1
-
-
-def at(index: tuple[int, ...]) -> str:
-    """How a configuration is named in a message."""
-    return f"configuration {', '.join(map(str, index))}" if index else "this configuration"
+    return symbols.evaluator(f, parameters=given, axes=[order] if order else None)

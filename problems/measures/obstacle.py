@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -10,11 +10,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from problems.measures.measure import Card, Measure, OutsideDomainError, at, compiled, symbolic, together
+from problems.measures.measure import Card, Measure, OutsideDomainError, compiled, symbolic
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
 from sandbox import check
 from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import configuration, number, told, vectors, whole, within
 from sandbox.tolerances import KINK, UNIT
 
 Array = np.ndarray
@@ -51,7 +52,7 @@ def obstacle_potential(
     """
     chosen = critical_points(robot, points)
     obstacle = place(obstacle)
-    d0, k = positive("reach", reach), positive("stiffness", stiffness)
+    d0, k = number(reach, "reach", above=0), number(stiffness, "stiffness", above=0)
 
     def guard(robot: Robot, q: Array) -> None:
         distances(robot, q, obstacle, chosen)
@@ -69,21 +70,25 @@ def critical_points(robot: Robot, points: Sequence[Any] | None = None) -> tuple[
     """
     if points is None:
         return inner_ends(robot)
+    if isinstance(points, str) or not isinstance(points, Iterable):
+        raise ShapeError(f"points is {told(points)}; give pairs (joint, (x, y, z))", field="points")
     chosen = []
-    for number, point in enumerate(points):
+    for row, point in enumerate(points):
         try:
-            joint, offset = point
+            given, offset = point
         except (TypeError, ValueError):
-            raise ShapeError(f"points[{number}] is {point!r}; give (joint, (x, y, z))", index=number) from None
-        where = check.real(offset, f"points[{number}]")
+            raise ShapeError(f"points[{row}] is {told(point)}; give (joint, (x, y, z))", index=row) from None
+        where = check.real(offset, f"points[{row}]")
         if where.shape != (3,):
-            raise ShapeError(f"the offset of points[{number}] has shape {where.shape}; it must be (3,)", index=number)
-        if isinstance(joint, bool) or int(joint) != joint or int(joint) not in robot.joints:
+            raise ShapeError(f"the offset of points[{row}] has shape {where.shape}; it must be (3,)", index=row)
+        try:
+            joint = whole(given, f"the joint of points[{row}]", 1, robot.n)
+        except RangeError:
             raise RangeError(
-                f"points[{number}] is fixed to joint {joint!r}, which is not on the arm: {robot.name} has joints 1..{robot.n}",
-                joint=joint,
-            )
-        chosen.append((int(joint), (float(where[0]), float(where[1]), float(where[2]))))
+                f"points[{row}] is fixed to joint {told(given)}, which is not on the arm: {robot.name} has joints 1..{robot.n}",
+                joint=given, index=row,
+            ) from None  # fmt: skip
+        chosen.append((joint, (float(where[0]), float(where[1]), float(where[2]))))
     if not chosen:
         raise ShapeError("points is empty; give at least one critical point")
     return tuple(chosen)
@@ -108,16 +113,7 @@ def inner_ends(robot: Robot) -> tuple[Point, ...]:
 
 def place(obstacle: Any) -> Array:
     """An obstacle's place (3,) or (B, 3) [m], checked."""
-    obstacle = check.real(obstacle, "obstacle")
-    check.shape(obstacle, ("3",), {"3": 3}, "obstacle")
-    return obstacle
-
-
-def positive(name: str, value: float) -> float:
-    """`value`, refused (RangeError) unless it is positive."""
-    if not 0 < value < np.inf:
-        raise RangeError(f"{name} is {value:g}; it must be positive", field=name, value=value)
-    return float(value)
+    return vectors(obstacle, "obstacle", 3, letter="3")
 
 
 def distances(robot: Robot, q: Array, obstacle: Any, points: Sequence[Any] | None = None) -> Array:
@@ -127,17 +123,17 @@ def distances(robot: Robot, q: Array, obstacle: Any, points: Sequence[Any] | Non
     """
     chosen, obstacle = critical_points(robot, points), place(obstacle)
     q = check.real(q, "q")
-    together(q, obstacle, "obstacle")
+    within(q.shape[:-1], obstacle.shape[:-1], "obstacle")
     d = np.sqrt(compiled(_squares, (chosen,), (3,), robot)(q, obstacle)[0])
     d = d.reshape(*q.shape[:-1], len(chosen))
     size = KINK * robot.n * UNIT * (np.linalg.norm(obstacle, axis=-1) + _length(robot))
     bad = ~(d > np.asarray(size)[..., None])
     if bad.any():
-        *where, point = (int(i) for i in np.argwhere(bad)[0])
+        *where, point = check.first(bad)
         index, distance = tuple(where), float(d[tuple(where)][point])
         raise ContactError(
-            f"the critical point on link {chosen[point][0]} of {robot.name} touches the obstacle at {at(index)} (distance "
-            f"{distance:.3g} m): the direction away from it is undefined; start off contact",
+            f"the critical point on link {chosen[point][0]} of {robot.name} touches the obstacle at {configuration(index)} "
+            f"(distance {distance:.3g} m): the direction away from it is undefined; start off contact",
             index=index, joint=chosen[point][0], distance=distance,
         )  # fmt: skip
     return d

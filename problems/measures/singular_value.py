@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from problems.measures.jacobian import pairing_gradient, require_full_rank
-from problems.measures.measure import Card, Measure, NotDifferentiableError, at
+from problems.measures.measure import Card, Measure, NotDifferentiableError
 from problems.robots.robot import Robot
 from sandbox import check
+from sandbox.parameters import configuration
 from sandbox.tolerances import SIMPLE
 
 Array = np.ndarray
@@ -35,7 +36,7 @@ def _gradient(robot: Robot, q: Array) -> Array:
     q = check.real(q, "q")
     J = robot.jacobian(q)
     U, sigma, Vt = np.linalg.svd(J, full_matrices=False)
-    require_full_rank(robot, J, sigma, "its smallest singular value")
+    require_full_rank(robot, J, sigma, "its smallest singular value has no gradient there: keep away")
     require_simple(robot, sigma, "the smallest singular value")
     return pairing_gradient(robot, q, U[..., :, -1, None] * Vt[..., -1, None, :])
 
@@ -49,10 +50,10 @@ def require_simple(robot: Robot, sigma: Array, name: str) -> None:
         return
     bad = ~(sigma[..., -2] - sigma[..., -1] >= SIMPLE * sigma[..., 0])
     if bad.any():
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        index = check.first(bad)
         low, high = sigma[index][-1], sigma[index][-2]
         raise NotDifferentiableError(
-            f"{name} of {robot.name} at {at(index)}, {low:.17g}, is not told from the next, {high:.17g}: it has no gradient "
-            "there; maximise the manipulability instead",
+            f"{name} of {robot.name} at {configuration(index)}, {low:.17g}, is not told from the next, {high:.17g}: "
+            "it has no gradient there; maximise the manipulability instead",
             index=index, singular_values=sigma[index].tolist(),
         )  # fmt: skip

@@ -27,8 +27,8 @@ from problems.methods import (
     weighted_least_norm,
     weighted_pseudoinverse,
 )
-from sandbox.errors import UnknownNameError
 from sandbox.method import Method
+from sandbox.parameters import chosen
 
 METHODS: dict[str, Method] = {
     row.METHOD.name: row.METHOD
@@ -67,7 +67,5 @@ def load(name: str) -> Method:
     Raises UnknownNameError where there is none.
     """
     by_id = {method.id: method for method in METHODS.values()}
-    found = METHODS.get(name) or by_id.get(name.upper())
-    if found is None:
-        raise UnknownNameError.of("method", name, [*METHODS, *by_id])
-    return found
+    known = {**METHODS, **by_id}
+    return known[chosen("method", name.upper() if isinstance(name, str) and name.upper() in by_id else name, known)]

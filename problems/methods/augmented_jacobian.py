@@ -14,7 +14,9 @@ from problems.robots.robot import Robot
 from problems.weightings.augmented import augmented, check_rows, clear, closed_loop, redundancy, secondary_rate
 from problems.weightings.identity import MixedUnitsError
 from sandbox import check
+from sandbox.errors import ShapeError
 from sandbox.method import Draw, Method
+from sandbox.parameters import within
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -40,6 +42,8 @@ def cast_functions(
 
     functions : k measures; desired (k,) [g_i], g itself if left out; gain (k,) or a number [1/s]; desired_rate (k,) [g_i/s]
     """
+    if not len(functions):
+        raise ShapeError("functions is empty; give one measure per degree of redundancy", field="functions")
     g = np.stack([function.value(robot, q) for function in functions], axis=-1)
     E = np.stack([function.gradient(robot, q) for function in functions], axis=-2)
     gbar = closed_loop(g, g if desired is None else desired, gain, desired_rate)
@@ -66,6 +70,7 @@ def rows(robot: Robot, q: Array, E: Array | None) -> Array:
         E[-1:] = 1.0
     E = check.matrices(E, "E")
     check.shape(E, ("k", "n"), {"n": robot.n}, "E")
+    within(np.shape(q)[:-1], E.shape[:-2], "E")
     return np.broadcast_to(E, (*np.shape(q)[:-1], *E.shape[-2:]))
 
 

@@ -10,10 +10,12 @@ from problems.methods.draw import centre, generic
 from problems.methods.least_squares_rank_deficient import singular
 from problems.original import damped_least_squares
 from problems.robots.robot import Robot
-from problems.weightings.damped import positive_definite
+from problems.weightings.definite import positive_definite
+from problems.weightings.identity import one_unit
 from sandbox import check
 from sandbox.errors import RangeError
 from sandbox.method import Draw, Method
+from sandbox.parameters import number, scalar, within
 from sandbox.problem import VelocityProblem
 from sandbox.tolerances import DAMPING
 
@@ -30,14 +32,19 @@ def cast(
 
     Raises RangeError for a lambda that is not positive: the self-motion would be left open.
     """
-    damping = float(check.real(damping, "damping"))
+    damping = number(damping, "damping")
     if not damping > 0:
         raise RangeError(
             f"damping is {damping:g}; lambda must be positive: with none the self-motion is open, and J must keep its rank",
             field="damping", value=damping,
         )  # fmt: skip
-    W, Wx = positive_definite(weight, robot.n, "weight"), positive_definite(task_weight, robot.m, "task_weight")
-    return VelocityProblem(J=robot.jacobian(q), xdot=xdot, W=W, a=gradient, Wx=Wx)
+    if scalar(weight):
+        one_unit(robot, "give weight, its diagonal (n,) or all of it")
+    W, Wx = positive_definite(weight, "weight", robot.n), positive_definite(task_weight, "task_weight", robot.m)
+    J, a = robot.jacobian(q), np.zeros(robot.n) if gradient is None else check.real(gradient, "gradient")
+    for name, lead in (("weight", W.shape[:-2]), ("task_weight", Wx.shape[:-2]), ("gradient", a.shape[:-1])):
+        within(J.shape[:-2], lead, name)
+    return VelocityProblem(J=J, xdot=xdot, W=W, a=a, Wx=Wx)
 
 
 def nakamura_hanafusa(w: Any, threshold: float, largest: float) -> Array:
@@ -47,8 +54,7 @@ def nakamura_hanafusa(w: Any, threshold: float, largest: float) -> Array:
     that is not positive. Source: Nakamura & Hanafusa 1986.
     """
     for name, value in (("threshold", threshold), ("largest", largest)):
-        if not value > 0:
-            raise RangeError(f"{name} is {value:g}; it must be positive", field=name, value=value)
+        number(value, name, above=0)
     return largest * np.maximum(1 - np.asarray(w, dtype=float) / threshold, 0.0) ** 2
 
 

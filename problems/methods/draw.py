@@ -35,18 +35,34 @@ def generic(robot: Robot, rng: np.random.Generator, count: int, accept: Callable
 
     Raises EmptyPlanError where hardly any configuration is accepted.
     """
-    middle, half = centre(robot)
-    kept: list[Array] = []
-    for _ in range(ATTEMPTS):
-        q = middle + SHARE * half * rng.uniform(-1.0, 1.0, (count, robot.n))
+
+    def once() -> tuple[Array]:
+        q = anywhere(robot, rng, count)
         sigma = np.linalg.svd(robot.jacobian(q), compute_uv=False)
         q = q[sigma[:, -1] > HEALTHY * sigma[:, 0]]
-        if len(q) and accept is not None:
-            q = q[accept(q)]
-        kept.extend(q)
-        if len(kept) >= count:
-            return Draw(np.array(kept[:count]), rng.uniform(-1.0, 1.0, (count, robot.m)))
-    raise EmptyPlanError(f"{robot.name}: only {len(kept)} of {count} generic configurations found")
+        return (q[accept(q)] if len(q) and accept is not None else q,)
+
+    (q,) = gathered(once, count, f"generic configurations of {robot.name}")
+    return Draw(q, rng.uniform(-1.0, 1.0, (count, robot.m)))
+
+
+def gathered(once: Callable[[], tuple[Array, ...]], count: int, what: str, *, attempts: int = ATTEMPTS) -> tuple[Array, ...]:
+    """The first `count` members of the stacks that `once` draws, asked until they are enough.
+
+    Raises EmptyPlanError where `attempts` are not enough.
+    """
+    kept: list[tuple[Array, ...]] = []
+    for _ in range(attempts):
+        kept.append(once())
+        if sum(len(first) for first, *_ in kept) >= count:
+            return tuple(np.concatenate(parts)[:count] for parts in zip(*kept, strict=True))
+    raise EmptyPlanError(f"only {sum(len(first) for first, *_ in kept)} of {count} {what} found")
+
+
+def anywhere(robot: Robot, rng: np.random.Generator, count: int) -> Array:
+    """Configurations (count, n) within SHARE of the limits."""
+    middle, half = centre(robot)
+    return middle + SHARE * half * rng.uniform(-1.0, 1.0, (count, robot.n))
 
 
 def centre(robot: Robot) -> tuple[Array, Array]:
@@ -62,3 +78,11 @@ def moving(robot: Robot, q: Array, gradient: Array) -> Array:
     V = np.linalg.svd(J)[2][:, robot.m :, :]
     part = np.linalg.norm(np.einsum("bki,bi->bk", V, gradient), axis=-1)
     return part > STATIONARY * np.linalg.norm(gradient, axis=-1)
+
+
+def scattered(rng: np.random.Generator, n: int, count: int | None = None) -> Array:
+    """Random positive definite matrices (count, n, n), or one (n, n), with eigenvalues in [1/2, 8)."""
+    lead = () if count is None else (count,)
+    turn = np.linalg.qr(rng.standard_normal((*lead, n, n)))[0]
+    A = (turn * 2 ** rng.uniform(-1.0, 3.0, (*lead, 1, n))) @ np.swapaxes(turn, -1, -2)
+    return (A + np.swapaxes(A, -1, -2)) / 2

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from problems.measures.measure import Measure
-from problems.methods.draw import ATTEMPTS, HEALTHY, generic
+from problems.methods.draw import HEALTHY, gathered, generic
 from problems.original import extended_jacobian
 from problems.robots.robot import Robot
 from problems.weightings.extended import Extremum, extended, extremum
 from problems.weightings.impedance import elastic
-from sandbox.errors import EmptyPlanError
 from sandbox.method import Draw, Method
 from sandbox.problem import VelocityProblem
 from sandbox.tolerances import EXTREMAL
@@ -51,21 +50,17 @@ def situations(
     off : how far rest is moved off the manifold, per joint [rad]
     """
     stiffness = rng.uniform(0.5, 2.0, robot.n)
-    kept: list[Draw] = []
-    for _ in range(ATTEMPTS):
+
+    def once() -> tuple[Array, Array, Array]:
         q, xdot, _ = generic(robot, rng, count)
         J = robot.jacobian(q)
         F = PULL / np.linalg.norm(J, 2, axis=(1, 2))[:, None] * rng.uniform(-1.0, 1.0, (count, robot.m))
         rest = q - np.einsum("bmn,bm->bn", J, F) / stiffness + off * rng.uniform(-1.0, 1.0, q.shape)
         good = accept(extremum(robot, q, elastic(robot, stiffness, rest)))
-        kept.append(Draw(q[good], xdot[good], {"rest": rest[good]}))
-        if sum(len(some.q) for some in kept) >= count:
-            q, xdot, rest = (
-                np.concatenate(parts)[:count]
-                for parts in zip(*((some.q, some.xdot, some.parameters["rest"]) for some in kept), strict=True)
-            )
-            return Draw(q, xdot, {name: stiffness if name == "stiffness" else 1 / stiffness, "rest": rest})
-    raise EmptyPlanError(f"{robot.name}: hardly any of {ATTEMPTS * count} configurations is accepted")
+        return q[good], xdot[good], rest[good]
+
+    q, xdot, rest = gathered(once, count, f"configurations of {robot.name} near enough to the manifold")
+    return Draw(q, xdot, {name: stiffness if name == "stiffness" else 1 / stiffness, "rest": rest})
 
 
 def transversal(condition: Extremum) -> Array:

@@ -13,8 +13,8 @@ from problems.original import extremum_feedback
 from problems.robots.robot import Robot
 from problems.weightings.extended import extended, extremum
 from problems.weightings.impedance import elastic
-from sandbox import check
 from sandbox.method import Draw, Method
+from sandbox.parameters import number
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -39,7 +39,7 @@ def cast_function(
     robot: Robot, q: Array, xdot: Array, *, function: Measure, kappa: float = 1.0, alpha: float = 0.0
 ) -> VelocityProblem:
     """The same for any measure g with a Hessian."""
-    kappa, alpha = float(check.real(kappa, "kappa")), float(check.real(alpha, "alpha"))
+    kappa, alpha = number(kappa, "kappa"), number(alpha, "alpha")
     condition = extremum(robot, q, function)
     pull = kappa * np.einsum("...kn,...k->...n", condition.H, condition.h)
     return VelocityProblem(J=condition.J, xdot=xdot, W=extended(condition), a=alpha * condition.gradient + pull)

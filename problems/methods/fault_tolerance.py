@@ -19,8 +19,8 @@ from problems.methods.draw import STATIONARY, generic, moving
 from problems.methods.gradient_projection import descending
 from problems.original import fault_tolerance as witness
 from problems.robots.robot import Robot
-from sandbox.errors import UnknownNameError
 from sandbox.method import Draw, Method
+from sandbox.parameters import chosen
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -40,9 +40,7 @@ def cast(
     failures : how many joints lock at once; joints : those that may (1..n), all if left out
     scales : as for gradient_projection
     """
-    if measure not in CHOICES:
-        raise UnknownNameError.of("measure of fault tolerance", measure, CHOICES)
-    f = CHOICES[measure](robot, failures=failures, joints=joints)
+    f = CHOICES[chosen("measure of fault tolerance", measure, CHOICES)](robot, failures=failures, joints=joints)
     return descending(robot, q, xdot, alpha, f.gradient(robot, q), scales, up=measure != "fault_tolerance")
 
 

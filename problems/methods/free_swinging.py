@@ -11,8 +11,8 @@ from problems.methods.draw import STATIONARY, generic, moving
 from problems.methods.gradient_projection import descending
 from problems.original import free_swinging
 from problems.robots.robot import Robot
-from sandbox.errors import UnknownNameError
 from sandbox.method import Draw, Method
+from sandbox.parameters import chosen
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -32,9 +32,7 @@ def cast(
     alpha : [rad^2/(s unit of f)], from ALPHA if left out; scales : as for gradient_projection
     weights : w (n,) >= 0; 1 if left out, but 0 for the angle of joints that slide or that gravity never turns
     """
-    if measure not in CHOICES:
-        raise UnknownNameError.of("measure of free swinging", measure, CHOICES)
-    f = CHOICES[measure](robot, weights=weights)
+    f = CHOICES[chosen("measure of free swinging", measure, CHOICES)](robot, weights=weights)
     return descending(robot, q, xdot, ALPHA[measure] if alpha is None else alpha, f.gradient(robot, q), scales)
 
 

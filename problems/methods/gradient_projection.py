@@ -11,9 +11,9 @@ from problems.methods.draw import generic, moving
 from problems.original import gradient_projection
 from problems.robots.robot import Robot
 from problems.weightings.identity import identity
-from sandbox import check
 from sandbox.errors import RangeError
 from sandbox.method import Draw, Method
+from sandbox.parameters import number, vectors
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -41,8 +41,7 @@ def descending(
 
     Raises NonFiniteError for alpha or a gradient that is not finite, ShapeError for a gradient that is not (n,) or (B, n).
     """
-    rate, gradient = check.real(alpha, "alpha"), check.real(gradient, "grad f")
-    check.shape(gradient, ("n",), {"n": robot.n}, "grad f")
+    rate, gradient = number(alpha, "alpha"), vectors(gradient, "grad f", robot.n, lead=np.shape(q)[:-1])
     W = identity(robot, q, scales)
     return VelocityProblem(J=robot.jacobian(q), xdot=xdot, W=W, a=(-rate if up else rate) * gradient)
 

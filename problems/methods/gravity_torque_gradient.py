@@ -15,8 +15,8 @@ from problems.original import gravity_torque_gradient
 from problems.robots.robot import Robot
 from problems.robots.twin import Twin, twin
 from problems.weightings.torque import torque
-from sandbox import check
 from sandbox.method import Draw, Method
+from sandbox.parameters import vectors
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -42,10 +42,8 @@ def cast_acceleration(robot: Robot, q: Array, xddot: Array, *, qdot: Any = None,
 
     Raises WeightNotPositiveDefiniteError where M is not positive definite, RangeError where Q is not semidefinite.
     """
-    q, xddot = check.real(q, "q"), check.real(xddot, "xddot")
-    check.shape(xddot, ("m",), {"m": robot.m}, "xddot")
-    qdot = check.real(np.zeros(robot.n) if qdot is None else qdot, "qdot")
-    check.shape(qdot, ("n",), {"n": robot.n}, "qdot")
+    q, xddot = vectors(q, "q", robot.n), vectors(xddot, "xddot", robot.m, letter="m")
+    qdot = vectors(np.zeros(robot.n) if qdot is None else qdot, "qdot", robot.n, lead=q.shape[:-1])
     W = torque(robot, q, Q)
     carried, c = _dynamics(robot)(q, np.broadcast_to(qdot, q.shape))
     assert W.E is not None and W.gamma is not None
@@ -61,7 +59,7 @@ def _dynamics(robot: Robot) -> Any:
     carried = ca.jtimes(symbols.jacobian @ qdot, symbols.q, qdot)
     momentum = symbols.inertia @ qdot
     c = ca.jtimes(momentum, symbols.q, qdot) - ca.gradient(ca.dot(qdot, momentum) / 2, symbols.q) + symbols.gravity_torque
-    return symbols.evaluator(carried, c, parameters=(qdot,))
+    return symbols.evaluator(carried, c, parameters=(qdot,), axes=[1, 1])
 
 
 def draw(robot: Robot, rng: np.random.Generator, count: int) -> Draw:

@@ -9,10 +9,10 @@ import numpy as np
 from problems.methods.draw import generic
 from problems.original import jacobian_transpose
 from problems.robots.robot import Robot
-from problems.weightings.damped import positive_definite
+from problems.weightings.definite import positive_definite
 from problems.weightings.identity import identity
-from sandbox import check
 from sandbox.method import Draw, Method
+from sandbox.parameters import single, vectors
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -20,8 +20,8 @@ Array = np.ndarray
 
 def cast(robot: Robot, q: Array, xdot: Array, *, gain: Any = 1.0) -> VelocityProblem:
     """J and K e, with e = `xdot` (B, m) the task error x_des - x; gain K [1/s] a number, (m,) or (m, m), positive definite."""
-    K = positive_definite(gain, robot.m, "gain")
-    error = np.einsum("...ij,...j->...i", K, check.real(xdot, "xdot"))
+    K = positive_definite(gain, "gain", robot.m)
+    error = np.einsum("...ij,...j->...i", single(K, "gain", robot.m), vectors(xdot, "xdot", robot.m, letter="m"))
     return VelocityProblem(J=robot.jacobian(q), xdot=error, W=identity(robot, q, np.ones(robot.n)))
 
 

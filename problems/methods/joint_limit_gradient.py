@@ -12,8 +12,8 @@ from problems.methods.draw import generic, moving
 from problems.methods.gradient_projection import descending
 from problems.original import joint_limit_gradient
 from problems.robots.robot import Robot
-from sandbox.errors import UnknownNameError
 from sandbox.method import Draw, Method
+from sandbox.parameters import chosen, unused
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -22,26 +22,23 @@ CHOICES = ("joint_limits_quadratic", "joint_limits_p_norm", "joint_limits_barrie
 
 
 def cast(
-    robot: Robot, q: Array, xdot: Array, *, alpha: float = 0.5, measure: str = CHOICES[0], p: int = EXPONENT,
+    robot: Robot, q: Array, xdot: Array, *, alpha: float = 0.5, measure: str = CHOICES[0], p: int | None = None,
     lower: Any = None, upper: Any = None, weights: Any = None, scales: Any = None,
 ) -> VelocityProblem:  # fmt: skip
     """W = I, a = alpha grad H, alpha [rad^2/s]; H one of CHOICES.
 
     lower, upper : (n,) [rad, m], the robot's own if left out; weights : (n,), of each joint's term
-    p : of the p-norm; scales : as for gradient_projection
+    p : of the p-norm alone, EXPONENT if left out; scales : as for gradient_projection
     """
     f = _measure(robot, measure, p=p, lower=lower, upper=upper, weights=weights)
     return descending(robot, q, xdot, alpha, f.gradient(robot, q), scales)
 
 
-def _measure(robot: Robot, name: str, *, p: int = EXPONENT, **limits: Any) -> Measure:
-    if name == "joint_limits_quadratic":
-        return quadratic(robot, **limits)
-    if name == "joint_limits_p_norm":
-        return p_norm(robot, p=p, **limits)
-    if name == "joint_limits_barrier":
-        return barrier(robot, **limits)
-    raise UnknownNameError.of("measure of joint limits", name, CHOICES)
+def _measure(robot: Robot, name: str, *, p: int | None = None, **limits: Any) -> Measure:
+    if chosen("measure of joint limits", name, CHOICES) == "joint_limits_p_norm":
+        return p_norm(robot, p=EXPONENT if p is None else p, **limits)
+    unused(name, p=p)
+    return (quadratic if name == "joint_limits_quadratic" else barrier)(robot, **limits)
 
 
 def draw(robot: Robot, rng: np.random.Generator, count: int, *, measure: str = CHOICES[0]) -> Draw:

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from problems.methods.draw import generic
+from problems.methods.draw import generic, scattered
 from problems.original import joint_stiffness
 from problems.robots.robot import Robot
-from problems.weightings.definite import scattered
 from problems.weightings.stiffness import ComplianceAsPrinted, JointCompliance, JointStiffness
 from problems.weightings.stiffness import stiffness as weighting
 from sandbox.errors import RangeError
 from sandbox.method import Draw, Method
+from sandbox.parameters import unused
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -33,6 +33,8 @@ def cast(
     chosen = [kind(matrix, unit) for kind, matrix in zip(kinds, given, strict=True) if matrix is not None]
     if len(chosen) > 1:
         raise RangeError("give one of stiffness, compliance and compliance_as_printed: they are different weights of one arm")
+    if not chosen:
+        unused("the stiffness that stands where none is given", unit=unit)
     return VelocityProblem(J=robot.jacobian(q), xdot=xdot, W=weighting(robot, q, *chosen))
 
 

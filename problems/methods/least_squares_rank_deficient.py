@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from problems.methods.draw import SHARE, centre
+from problems.methods.draw import anywhere, centre, gathered, scattered
 from problems.original import least_squares_rank_deficient
 from problems.robots.robot import Robot
-from problems.weightings.damped import symmetric
-from problems.weightings.definite import scattered
+from problems.weightings.identity import one_unit
 from sandbox import check
-from sandbox.errors import EmptyPlanError
 from sandbox.method import Draw, Method
+from sandbox.parameters import matrix, number, scalar, within
 from sandbox.problem import VelocityProblem
 from sandbox.tolerances import RANK, ROBOT_RANK, UNIT
 
@@ -41,11 +40,15 @@ def cast(
     rank_tolerance : share of the largest singular value up to which one counts as zero, of eq13; a row of J within this
         share of |J| (of rounding, if left out) is no row: eq13 scales all rows alike
     """
-    W, Wx = symmetric(weight, robot.n, "weight"), symmetric(task_weight, robot.m, "task_weight")
-    J = robot.jacobian(q)
-    share = RANK * robot.n * UNIT if rank_tolerance is None else float(check.real(rank_tolerance, "rank_tolerance"))
+    if scalar(weight):
+        one_unit(robot, "give weight, its diagonal (n,) or all of it")
+    W, Wx = matrix(weight, "weight", robot.n), matrix(task_weight, "task_weight", robot.m)
+    J, a = robot.jacobian(q), np.zeros(robot.n) if gradient is None else check.real(gradient, "gradient")
+    for name, lead in (("weight", W.shape[:-2]), ("task_weight", Wx.shape[:-2]), ("gradient", a.shape[:-1])):
+        within(J.shape[:-2], lead, name)
+    share = RANK * robot.n * UNIT if rank_tolerance is None else number(rank_tolerance, "rank_tolerance", least=0)
     lost = np.linalg.norm(J, axis=-1, keepdims=True) <= share * np.linalg.norm(J, 2, axis=(-2, -1), keepdims=True)
-    return VelocityProblem(J=np.where(lost, 0.0, J), xdot=xdot, W=W, a=gradient, Wx=Wx)
+    return VelocityProblem(J=np.where(lost, 0.0, J), xdot=xdot, W=W, a=a, Wx=Wx)
 
 
 def draw(robot: Robot, rng: np.random.Generator, count: int) -> Draw:
@@ -66,9 +69,9 @@ def singular(robot: Robot, rng: np.random.Generator, count: int) -> Array:
     """
     middle, half = centre(robot)
     n, m, starts = robot.n, robot.m, max(count, FEWEST)
-    kept: list[Array] = []
-    for _ in range(ROUNDS):
-        q = middle + SHARE * half * rng.uniform(-1.0, 1.0, (starts, n))
+
+    def once() -> tuple[Array]:
+        q = anywhere(robot, rng, starts)
         u = np.linalg.svd(robot.jacobian(q))[0][:, :, -1]
         for _ in range(STEPS):
             J = robot.jacobian(q)
@@ -82,13 +85,13 @@ def singular(robot: Robot, rng: np.random.Generator, count: int) -> Array:
         J = robot.jacobian(q)
         sigma = np.linalg.svd(J, compute_uv=False)
         # lost or not, singular values and rows alike: a rank that nobody can tell is no use here
-        sizes = np.concatenate([sigma, np.linalg.norm(J, axis=2)], axis=1) / sigma[:, :1]
+        with np.errstate(invalid="ignore"):  # J = 0 is no use either
+            sizes = np.concatenate([sigma, np.linalg.norm(J, axis=2)], axis=1) / sigma[:, :1]
         clear = ~((sizes > LOST) & (sizes < KEPT)).any(axis=1)
         inside = (np.abs(q - middle) <= half).all(axis=1)
-        kept.extend(q[(sizes[:, robot.m - 1] < LOST) & clear & inside])
-        if len(kept) >= count:
-            return np.array(kept[:count])
-    raise EmptyPlanError(f"{robot.name}: only {len(kept)} of {count} singular configurations found")
+        return (q[(sizes[:, m - 1] < LOST) & clear & inside],)
+
+    return gathered(once, count, f"singular configurations of {robot.name}", attempts=ROUNDS)[0]
 
 
 METHOD = Method(

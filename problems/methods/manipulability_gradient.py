@@ -13,8 +13,8 @@ from problems.methods.draw import STATIONARY, generic, moving
 from problems.methods.gradient_projection import descending
 from problems.original import manipulability_gradient
 from problems.robots.robot import Robot
-from sandbox.errors import UnknownNameError
 from sandbox.method import Draw, Method
+from sandbox.parameters import chosen
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
@@ -30,9 +30,7 @@ def cast(
 
 
 def _measure(name: str) -> Measure:
-    if name not in CHOICES:
-        raise UnknownNameError.of("measure of singularity", name, CHOICES)
-    return CHOICES[name]
+    return CHOICES[chosen("measure of singularity", name, CHOICES)]
 
 
 def draw(robot: Robot, rng: np.random.Generator, count: int, *, measure: str = "manipulability") -> Draw:

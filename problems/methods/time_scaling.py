@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from problems.measures.jacobian import decompose
 from problems.measures.posture import posture as posture_measure
 from problems.methods.draw import generic
 from problems.original import time_scaling
 from problems.robots.robot import Robot
-from problems.weightings.augmented import decompose
-from problems.weightings.identity import identity
-from sandbox import check
-from sandbox.errors import RangeError
+from problems.weightings.identity import identity, one_unit
+from sandbox.errors import RangeError, ShapeError
 from sandbox.method import Draw, Method
+from sandbox.parameters import extended, number
 from sandbox.problem import VelocityProblem
 from sandbox.tolerances import SHRUNK
 
@@ -32,10 +32,11 @@ def cast(
     Raises RangeError for a limit that is not positive.
     """
     limits = positive_limits(robot, rate_limits)
+    one_unit(robot, "use gradient_projection with scales")
     f = posture_measure(np.zeros(robot.n) if posture is None else posture)
     J = robot.jacobian(q)
-    a = float(check.real(alpha, "alpha")) * f.gradient(robot, q)
-    _, _, N, _ = decompose(robot, J)
+    a = number(alpha, "alpha") * f.gradient(robot, q)
+    N = decompose(robot, J).N
     own = np.einsum("...nk,...k->...n", N, np.einsum("...nk,...n->...k", N, a))
     over = (np.abs(own) / limits).max(axis=-1, keepdims=True)
     return VelocityProblem(J=J, xdot=xdot, W=identity(robot, q), a=a * np.minimum(1.0, SHRUNK / np.maximum(over, SHRUNK)))
@@ -46,8 +47,9 @@ def positive_limits(robot: Robot, rate_limits: Any) -> Array:
 
     Raises RangeError naming the joint whose limit is not positive.
     """
-    limits = robot.rate_limits if rate_limits is None else np.array(rate_limits, dtype=float)
-    check.shape(limits, ("n",), {"n": robot.n}, "rate_limits")
+    limits = robot.rate_limits if rate_limits is None else extended(rate_limits, "rate_limits")
+    if limits.shape != (robot.n,):
+        raise ShapeError(f"rate_limits has shape {limits.shape}; it must be (n,) = ({robot.n},)", field="rate_limits")
     if not (limits > 0).all():
         joint = int(np.flatnonzero(~(limits > 0))[0]) + 1
         value = float(limits[joint - 1])

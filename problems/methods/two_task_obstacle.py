@@ -8,21 +8,21 @@ from typing import Any
 import numpy as np
 
 from problems.measures.obstacle import Point
-from problems.methods.draw import HEALTHY, centre, generic
+from problems.methods.draw import HEALTHY, generic
+from problems.methods.obstacle_potential import CLEAR, halfway
 from problems.original import two_task_obstacle
 from problems.robots.robot import Robot
+from problems.weightings.augmented import redundancy
 from problems.weightings.two_task import escape_rows, two_task
 from sandbox import check
 from sandbox.method import Draw, Method
+from sandbox.parameters import within
 from sandbox.problem import VelocityProblem
 
 Array = np.ndarray
 
 ESCAPE = 0.25
 """Default escape rate [m/s]."""
-
-CLEAR = 0.05
-"""Situations are drawn with every point at least this far from its obstacle [m]."""
 
 
 def cast(
@@ -40,22 +40,19 @@ def cast(
     Jd = escape_rows(robot, q, obstacle, middle(robot) if points is None else points)
     W = two_task(robot, q, Jd, Qd, eps=eps)
     escape = check.real(escape, "escape")
-    check.leading({"points": Jd.shape[:-1], "escape": escape.shape})
+    within(Jd.shape[:-1], escape.shape, "escape")
     dd = np.broadcast_to(escape, Jd.shape[:-1])
     a = -np.einsum("...pn,...p->...n", Jd, dd if W.gamma is None else np.einsum("...pr,...r->...p", W.gamma, dd))
     return VelocityProblem(J=robot.jacobian(q), xdot=xdot, W=W, a=a)
 
 
 def middle(robot: Robot) -> tuple[Point, ...]:
-    """Where the n - m joints in the middle of the arm stand: self-motion moves them most."""
+    """Where the n - m joints in the middle of the arm stand: self-motion moves them most.
+
+    Raises NotRedundantError where there is no self-motion.
+    """
     first = robot.m // 2 + 1
-    return tuple((joint, (0.0, 0.0, 0.0)) for joint in range(first, first + robot.k))
-
-
-def halfway(robot: Robot) -> Array:
-    """An obstacle (3,) [m] half way from the base to where the hand is in a bent posture."""
-    q, half = centre(robot)
-    return robot.forward(q + half / 4)[0] / 2
+    return tuple((joint, (0.0, 0.0, 0.0)) for joint in range(first, first + redundancy(robot)))
 
 
 def draw(robot: Robot, rng: np.random.Generator, count: int) -> Draw:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from problems.methods.draw import generic
+from problems.methods.draw import generic, scattered
 from problems.original import weighted_pseudoinverse
 from problems.robots.robot import Robot
-from problems.weightings.definite import scattered
 from problems.weightings.whitney import whitney
 from sandbox.method import Draw, Method
 from sandbox.problem import VelocityProblem

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from problems.original.parameters import secondary_rows
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -14,13 +15,8 @@ def original(
 ) -> Array:
     """Joint rates (B, n); with more rows than k, those of the task met and the rest in the least-squares sense of gamma."""
     B, m, k = len(q), robot.m, robot.n - robot.m
-    if E is None:
-        E = np.eye(robot.n)[:k]
-        E[-1] = 1.0
-    E = np.broadcast_to(E, (B, *np.shape(E)[-2:]))
-    count = E.shape[1]
-    gbar = np.broadcast_to(0.0 if gbar is None else gbar, (B, count))
-    J = robot.jacobian(q)
+    E, gbar = secondary_rows(robot, q, E, gbar)
+    J, count = robot.jacobian(q), E.shape[1]
     if count == k:
         A = np.concatenate([J, E], axis=1)
         return np.linalg.solve(A, np.concatenate([xdot, gbar], axis=1)[:, :, None])[:, :, 0]

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -16,16 +17,13 @@ def original(
     damping: float = 0.125, weight: Any = 1.0, gradient: Array | None = None, task_weight: Any = 1.0,
 ) -> Array:  # fmt: skip
     """Joint rates (B, n), of M'J L^-T with W = LL' and Wx = MM'; a gradient moves the centre to -W^-1 a."""
-    W = np.asarray(weight, dtype=float)
-    Wx = np.asarray(task_weight, dtype=float)
-    L = np.linalg.cholesky(W if W.ndim == 2 else W * np.eye(robot.n))
-    M = np.linalg.cholesky(Wx if Wx.ndim == 2 else Wx * np.eye(robot.m))
+    L, M = np.linalg.cholesky(matrix(weight, robot.n)), np.linalg.cholesky(matrix(task_weight, robot.m))
     J = robot.jacobian(q)
-    centre = np.zeros((len(q), robot.n)) if gradient is None else np.broadcast_to(-np.asarray(gradient), (len(q), robot.n))
-    centre = np.linalg.solve(L, centre.T)  # of L'qdot
-    scaled = M.T @ np.swapaxes(np.linalg.solve(L, np.swapaxes(J, 1, 2)), 1, 2)
+    a = np.broadcast_to(np.asarray(0.0 if gradient is None else gradient, dtype=float), (len(q), robot.n))
+    centre = -np.linalg.solve(L, a[:, :, None])  # of L'qdot
+    scaled = np.swapaxes(M, -1, -2) @ np.swapaxes(np.linalg.solve(L, np.swapaxes(J, 1, 2)), 1, 2)
     U, s, Vt = np.linalg.svd(scaled, full_matrices=False)
-    missing = xdot @ M - np.einsum("bmn,nb->bm", scaled, centre)
+    missing = (np.asarray(xdot)[:, None, :] @ M)[:, 0] - (scaled @ centre)[:, :, 0]
     share = s / (s**2 + damping**2) * np.einsum("bmi,bm->bi", U, missing)
-    moved = centre.T + np.einsum("bin,bi->bn", Vt, share)
-    return np.linalg.solve(L.T, moved.T).T
+    moved = centre[:, :, 0] + np.einsum("bin,bi->bn", Vt, share)
+    return np.linalg.solve(np.swapaxes(L, -1, -2), moved[:, :, None])[:, :, 0]

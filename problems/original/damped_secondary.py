@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix, secondary_rows, springs
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -14,22 +15,15 @@ Array = np.ndarray
 def original(
     robot: Robot, q: Array, xdot: Array, *, secondary: str = "augmented", base: Any = 0.01,
     E: Array | None = None, gbar: Array | None = None, gamma: Array | None = None,
-    stiffness: Any = 1.0, rest: Array | None = None,
+    stiffness: Any = None, rest: Array | None = None,
 ) -> Array:  # fmt: skip
     """Joint rates (B, n): y minimises |L'(q_p + N y)|^2 + |Gamma^1/2 (E (q_p + N y) - gbar)|^2, W~ = LL', q_p = J^+ xdot."""
     n, m, k = robot.n, robot.m, robot.n - robot.m
     J = robot.jacobian(q)
-    base = np.asarray(base, dtype=float)
-    root = np.linalg.cholesky(base if base.ndim == 2 else base * np.eye(n)).T
-    K = np.asarray(stiffness, dtype=float)
-    K = K if K.ndim == 2 else K * np.eye(n)
-    gradient = (q - (0.0 if rest is None else rest)) @ K
+    roots = np.broadcast_to(np.linalg.cholesky(matrix(base, n)), (len(q), n, n))
+    K, gradient = springs(robot, q, stiffness, rest)
     dJ = robot.jacobian_derivative(q) if secondary == "extended" else J
-    if E is None:
-        E = np.eye(n)[:k]
-        E[-1] = 1.0
-    E = np.broadcast_to(E, (len(q), *np.shape(E)[-2:]))
-    gbar = np.broadcast_to(0.0 if gbar is None else gbar, E.shape[:2])
+    E, gbar = secondary_rows(robot, q, E, gbar)
     weight = np.sqrt(np.broadcast_to(1.0 if gamma is None else gamma, E.shape[1]))
     qdot = np.empty((len(q), n))
     for i in range(len(q)):
@@ -39,7 +33,7 @@ def original(
         if secondary == "extended":  # of N followed by projecting it
             dN = -np.linalg.pinv(J[i]) @ dJ[i] @ N
             rows, wanted = N.T @ K + np.einsum("jna,n->aj", dN, gradient[i]), np.zeros(k)
-        A = np.vstack([root, rows])
+        A = np.vstack([roots[i].T, rows])
         left = np.concatenate([np.zeros(n), wanted]) - A @ particular
         qdot[i] = particular + N @ np.linalg.lstsq(A @ N, left)[0]
     return qdot

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import qr
 
+from problems.original.parameters import springs
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -21,9 +22,7 @@ def original(
     """
     n, m = robot.n, robot.m
     J, dJ = robot.jacobian(q), robot.jacobian_derivative(q)
-    K = np.asarray(stiffness, dtype=float)
-    K = K if K.ndim == 2 else K * np.eye(n)
-    gradient = (q - (0.0 if rest is None else rest)) @ K
+    K, gradient = springs(robot, q, stiffness, rest)
     qdot = np.empty((len(q), n))
     for i in range(len(q)):
         order = qr(J[i], mode="r", pivoting=True)[1]

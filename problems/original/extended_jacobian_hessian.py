@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import springs
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -21,9 +22,7 @@ def original(
     """
     B, n, m = len(q), robot.n, robot.m
     J, dJ = robot.jacobian(q), robot.jacobian_derivative(q)
-    K = np.asarray(stiffness, dtype=float)
-    K = K if K.ndim == 2 else K * np.eye(n)
-    gradient = (q - (0.0 if rest is None else rest)) @ K
+    K, gradient = springs(robot, q, stiffness, rest)
     system, right = np.zeros((B, n + m, n + m)), np.zeros((B, n + m))
     for i in range(B):
         lam = np.linalg.lstsq(J[i].T, gradient[i])[0]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
+from problems.original.parameters import springs
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -19,9 +20,7 @@ def original(
     """Joint rates (B, n); g = 1/2 (q - rest)'K(q - rest)."""
     n = robot.n
     J, dJ = robot.jacobian(q), robot.jacobian_derivative(q)
-    K = np.asarray(stiffness, dtype=float)
-    K = K if K.ndim == 2 else K * np.eye(n)
-    gradient = (q - (0.0 if rest is None else rest)) @ K
+    K, gradient = springs(robot, q, stiffness, rest)
     qdot = np.empty((len(q), n))
     for i in range(len(q)):
         N, pinv = null_space(J[i]), np.linalg.pinv(J[i])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from problems.original.gradient_projection import projected
+from problems.original.parameters import matrix
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -15,7 +16,7 @@ Array = np.ndarray
 def original(robot: Robot, q: Array, xdot: Array, *, alpha: float = 1e-3, Q: Any = None, scales: Any = None) -> Array:
     """Joint rates (B, n); grad f = (d tau_g/dq)'Q tau_g."""
     tau, slope = robot.gravity_torque(q), robot.gravity_torque_derivative(q)
-    gradient = np.einsum("...ij,...i->...j", slope, tau @ _matrix(robot, Q))
+    gradient = np.einsum("...ij,...i->...j", slope, tau @ matrix(1.0 if Q is None else Q, robot.n))
     return projected(robot, q, xdot, -alpha * gradient, scales)
 
 
@@ -30,7 +31,7 @@ def original_acceleration(robot: Robot, q: Array, xddot: Array, *, qdot: Any = N
     c = robot.inverse_dynamics(q, qdot, np.zeros_like(qdot))
     pinv = np.linalg.pinv(J)
     primary = np.einsum("...nm,...m->...n", pinv, xddot - carried)
-    value, vectors = np.linalg.eigh(_matrix(robot, Q))
+    value, vectors = np.linalg.eigh(matrix(1.0 if Q is None else Q, robot.n))
     root = np.sqrt(np.maximum(value, 0))[:, None] * vectors.T
     left = (np.einsum("...ij,...j->...i", M, primary) + c) @ root.T
     across = root @ M @ (np.eye(robot.n) - pinv @ J)
@@ -39,8 +40,3 @@ def original_acceleration(robot: Robot, q: Array, xddot: Array, *, qdot: Any = N
     k = robot.n - robot.m
     inverse = np.einsum("...rn,...r,...pr->...np", Vt[..., :k, :], 1 / sigma[..., :k], U[..., :, :k])
     return primary - np.einsum("...np,...p->...n", inverse, left)
-
-
-def _matrix(robot: Robot, Q: Any) -> Array:
-    Q = np.ones(robot.n) if Q is None else np.asarray(Q, dtype=float)
-    return np.diag(Q) if Q.ndim == 1 else Q

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -13,8 +14,7 @@ Array = np.ndarray
 
 def original(robot: Robot, q: Array, xdot: Array, *, gain: Any = 1.0) -> Array:
     """Joint rates (B, n); xdot is the error e = x_des - x, gain K (m, m), (m,) or a number [1/s]."""
-    K = np.asarray(gain, dtype=float)
-    pull = xdot @ (K if K.ndim == 2 else K * np.eye(robot.m))
+    pull = xdot @ matrix(gain, robot.m)
     qdot = np.empty((len(q), robot.n))
     for i, J in enumerate(robot.jacobian(q)):
         step = J.T @ pull[i]

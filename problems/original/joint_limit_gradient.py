@@ -13,7 +13,7 @@ Array = np.ndarray
 
 
 def original(
-    robot: Robot, q: Array, xdot: Array, *, alpha: float = 0.5, measure: str = "joint_limits_quadratic", p: int = 6,
+    robot: Robot, q: Array, xdot: Array, *, alpha: float = 0.5, measure: str = "joint_limits_quadratic", p: int | None = None,
     lower: Any = None, upper: Any = None, weights: Any = None, scales: Any = None,
 ) -> Array:  # fmt: skip
     """Joint rates (B, n); a joint without two finite limits takes no part."""
@@ -27,6 +27,7 @@ def original(
         gradient = 2 / robot.n * w * (q - c) / (c - qmax) ** 2
     elif measure == "joint_limits_p_norm":
         x = np.abs((q - c) / (c - qmax))
+        p = 6 if p is None else p
         norm = np.sum(w * x**p, axis=-1, keepdims=True) ** (1 / p)
         gradient = w * (x / norm) ** (p - 1) * np.sign(q - c) / (qmax - c)
     else:

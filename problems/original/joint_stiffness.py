@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -17,16 +18,11 @@ def original(
 ) -> Array:  # fmt: skip
     """Joint rates (B, n). Literally printed, W = C, the springs' compliance is C^-1."""
     if compliance is not None:
-        C = _square(compliance)
+        C = matrix(compliance, robot.n)
     else:
         given = stiffness if stiffness is not None else compliance_as_printed
-        C = np.linalg.inv(_square(np.arange(robot.n, 0, -1.0) if given is None else given))
+        C = np.linalg.inv(matrix(np.arange(robot.n, 0, -1.0) if given is None else given, robot.n))
     J = robot.jacobian(q)
     moved = C @ np.swapaxes(J, -1, -2)
     F = np.linalg.solve(J @ moved, np.asarray(xdot)[..., None])
     return (moved @ F)[..., 0]
-
-
-def _square(values: Any) -> Array:
-    A = np.asarray(values, dtype=float)
-    return np.diag(A) if A.ndim == 1 else A

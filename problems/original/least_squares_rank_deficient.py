@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -20,17 +21,16 @@ def original(
 ) -> Array:  # fmt: skip
     """Joint rates (B, n): N y minimises 1/2 qdot'W qdot + a'qdot over what the least-squares target leaves free."""
     n, m = robot.n, robot.m
-    W = np.asarray(weight, dtype=float)
-    W = W if W.ndim == 2 else W * np.eye(n)
-    Wx = np.asarray(task_weight, dtype=float)
-    root = np.linalg.cholesky(Wx if Wx.ndim == 2 else Wx * np.eye(m)).T
-    a = np.broadcast_to(0.0 if gradient is None else gradient, (len(q), n))
+    W = np.broadcast_to(matrix(weight, n), (len(q), n, n))
+    roots = np.broadcast_to(np.linalg.cholesky(matrix(task_weight, m)), (len(q), m, m))
+    a = np.broadcast_to(np.asarray(0.0 if gradient is None else gradient, dtype=float), (len(q), n))
     J = robot.jacobian(q)
     qdot = np.empty((len(q), n))
     for i in range(len(q)):
+        root = roots[i].T
         U, sigma, Vt = np.linalg.svd(root @ J[i])
         rank = int((sigma > (SMALL if rank_tolerance is None else rank_tolerance) * sigma[0]).sum())
         N = Vt[rank:].T
         particular = Vt[:rank].T @ ((U.T @ root @ xdot[i])[:rank] / sigma[:rank])
-        qdot[i] = particular - N @ np.linalg.solve(N.T @ W @ N, N.T @ (a[i] + W @ particular))
+        qdot[i] = particular - N @ np.linalg.solve(N.T @ W[i] @ N, N.T @ (a[i] + W[i] @ particular))
     return qdot

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from problems.original.gradient_projection import projected
+from problems.original.parameters import obstacle as placed
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -19,13 +20,10 @@ def original(
     stiffness: float = 100.0, points: Sequence[Any] | None = None, scales: Any = None,
 ) -> Array:  # fmt: skip
     """Joint rates (B, n)."""
-    if obstacle is None:
-        bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
-        low, high = np.where(bounded, robot.lower, -2.5), np.where(bounded, robot.upper, 2.5)
-        obstacle = robot.forward(low + 0.625 * (high - low))[0] / 2
+    obstacle = placed(robot, obstacle)
     if points is None:
         points = _joints_that_move(robot)
-    away = np.stack([robot.point(q, joint, offset) - np.asarray(obstacle) for joint, offset in points], axis=-2)
+    away = np.stack([robot.point(q, joint, offset) - obstacle for joint, offset in points], axis=-2)
     Jc = np.stack([robot.point_jacobian(q, joint, offset)[..., :3, :] for joint, offset in points], axis=-3)
     d = np.linalg.norm(away, axis=-1)
     pushes = -stiffness * np.maximum(reach - d, 0.0) / d

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from problems.original.parameters import matrix
+from problems.original.parameters import obstacle as placed
 from problems.robots.robot import Robot
 
 Array = np.ndarray
@@ -23,17 +25,12 @@ def original(
     if points is None:
         first = robot.m // 2 + 1
         points = [(joint, (0.0, 0.0, 0.0)) for joint in range(first, first + robot.k)]
-    if obstacle is None:
-        bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
-        low, high = np.where(bounded, robot.lower, -2.5), np.where(bounded, robot.upper, 2.5)
-        obstacle = robot.forward(low + 0.625 * (high - low))[0] / 2
-    rows = []
+    obstacle, rows = placed(robot, obstacle), []
     for joint, offset in points:
-        away = robot.point(q, joint, offset) - np.asarray(obstacle)
+        away = robot.point(q, joint, offset) - obstacle
         u = away / np.linalg.norm(away, axis=-1, keepdims=True)
         rows.append(np.einsum("...i,...in->...n", u, robot.point_jacobian(q, joint, offset)[..., :3, :]))
-    Qd = np.ones(len(rows)) if Qd is None else np.asarray(Qd, dtype=float)
-    L = np.linalg.cholesky(np.diag(Qd) if Qd.ndim == 1 else Qd)
+    L = np.linalg.cholesky(matrix(1.0 if Qd is None else Qd, len(rows)))
     Jd = L.T @ np.stack(rows, axis=-2)
     dd = np.broadcast_to(np.asarray(escape, dtype=float), Jd.shape[:-1]) @ L
     J = robot.jacobian(q)

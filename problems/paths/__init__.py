@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from problems.paths.curves import (
@@ -14,7 +15,7 @@ from problems.paths.curves import (
     through_kinematic_singularity,
 )
 from problems.paths.path import Path
-from sandbox.errors import UnknownNameError
+from sandbox.parameters import chosen
 
 PATHS: dict[str, Callable[..., Path]] = {
     curve.__name__: curve
@@ -27,8 +28,10 @@ PATHS: dict[str, Callable[..., Path]] = {
 def load(name: str, size: float | None = None, **options: Any) -> Path:
     """The path called `name`, of that size [m] (side, radius, length; its own where None), with options of its curve.
 
-    Raises UnknownNameError where there is none, and what the curve refuses.
+    Raises UnknownNameError where there is none, or no such option, and what the curve refuses.
     """
-    if name not in PATHS:
-        raise UnknownNameError.of("path", name, PATHS)
-    return PATHS[name](*([] if size is None else [size]), **options)
+    curve = PATHS[chosen("path", name, PATHS)]
+    known = list(signature(curve).parameters)[0 if size is None else 1 :]  # its size comes first
+    for option in options:
+        chosen(f"option of {name}", option, known)
+    return curve(*([] if size is None else [size]), **options)

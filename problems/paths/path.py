@@ -10,7 +10,7 @@ import numpy as np
 
 from sandbox import check
 from sandbox.errors import RangeError, ShapeError
-from sandbox.tolerances import PATH_CLOSURE
+from sandbox.tolerances import DIFFERENCE, PATH_CLOSURE, UNIT
 
 Array = np.ndarray
 
@@ -40,9 +40,10 @@ class Path:
     start: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not 0 < self.duration < np.inf:
+        duration, corners = check.real(self.duration, "duration"), check.real(self.corners, "corners")
+        if duration.shape != () or not duration > 0:
             raise RangeError(f"the duration of {self.name} is {self.duration} s; it must be positive", value=self.duration)
-        instants = (0.0, *self.corners, self.duration)
+        instants = (0.0, *corners.tolist(), float(duration))
         if any(later <= earlier for earlier, later in pairwise(instants)):
             raise RangeError(f"corners {self.corners} of {self.name} must ascend within (0, {self.duration:g}) s")
         times = np.linspace(0.0, self.duration, 33)
@@ -54,6 +55,15 @@ class Path:
         size = PATH_CLOSURE * np.abs(along).max()
         if np.abs(along[0]).max() > size:
             raise RangeError(f"{self.name} starts {along[0].tolist()} m from where the hand is; it must start there")
+        for a, b in pairwise(instants):
+            step, t = UNIT ** (1 / 3) * (b - a), a + (b - a) * np.array([0.3, 0.6])
+            measured = (self.displacement(t + step) - self.displacement(t - step)) / (2 * step)
+            stated = self.velocity(t)
+            if np.abs(measured - stated).max() > DIFFERENCE * max(np.abs(stated).max(), np.abs(measured).max()):
+                raise RangeError(
+                    f"velocity of {self.name} is not the derivative of its displacement: at {t[0]:g} s it is "
+                    f"{stated[0].tolist()} m/s, differences give {measured[0].tolist()}"
+                )
         if self.closed != bool(np.abs(along[-1]).max() <= size):
             said = "closed" if self.closed else "open"
             raise RangeError(f"{self.name} is said to be {said}, but ends at {along[-1].tolist()} m")

@@ -9,7 +9,9 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
+from sandbox.check import line
 from sandbox.errors import UnknownNameError
+from sandbox.parameters import told
 
 if TYPE_CHECKING:
     from problems.robots.robot import Robot
@@ -44,7 +46,7 @@ ROBOTS = {
 }
 """The table; beside it planar_Nr is an arm of N unit links, N = 1..99."""
 
-PLANAR = re.compile(r"planar_([1-9]\d?)r")
+PLANAR = re.compile(r"planar_([1-9][0-9]?)r")
 
 
 def load(name: str, task: str | Iterable[int] | None = None) -> Robot:
@@ -52,7 +54,7 @@ def load(name: str, task: str | Iterable[int] | None = None) -> Robot:
 
     Raises UnknownNameError, which lists the names, and MissingExtraError where an extra is not installed.
     """
-    robot = _loaded(name)
+    robot = _loaded(name if isinstance(name, str) else told(name))
     return robot if task is None else robot.task(task)
 
 
@@ -62,5 +64,5 @@ def _loaded(name: str) -> Robot:
         return ROBOTS[name].load()
     planar = PLANAR.fullmatch(name)
     if planar is None:
-        raise UnknownNameError.of("robot", name, [*ROBOTS, "planar_Nr for any N of 1..99"])
+        raise UnknownNameError.of("robot", line(name), [*ROBOTS, "planar_Nr for any N of 1..99"])
     return _module("planar").planar_arm([1.0] * int(planar[1]))

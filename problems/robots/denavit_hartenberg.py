@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from sandbox import check
-from sandbox.errors import ShapeError, UnknownNameError
+from sandbox.errors import ShapeError
+from sandbox.parameters import chosen, extended, flag, told
 from sandbox.tolerances import UNIT
 
 Array = np.ndarray
@@ -44,10 +45,13 @@ def arm(
 
     Raises UnknownNameError for another convention, ShapeError for no links, and check's errors for a row that holds no numbers.
     """
-    if convention not in CONVENTIONS:
-        raise UnknownNameError.of("Denavit-Hartenberg convention", convention, CONVENTIONS)
+    chosen("Denavit-Hartenberg convention", convention, CONVENTIONS)
     if not links:
         raise ShapeError("a Denavit-Hartenberg table needs at least one row")
+    for i, link in enumerate(links, start=1):
+        if not isinstance(link, Link):
+            raise ShapeError(f"row {i} of the Denavit-Hartenberg table is {told(link)}; give a Link", row=i)
+        flag(link.slides, f"slides of row {i} of the Denavit-Hartenberg table")
     model = pin.Model()
     model.name = name
     joint, place = 0, pin.SE3.Identity()
@@ -68,9 +72,9 @@ def limit(model: pin.Model, lower: Sequence[float], upper: Sequence[float], rate
     for what, values in (("lower limits", lower), ("upper limits", upper), ("rate limits", rates)):
         if len(values) != model.nv:
             raise ShapeError(f"{len(values)} {what} for the {model.nv} joints of {model.name}")
-    model.lowerPositionLimit = np.array(lower, dtype=float)
-    model.upperPositionLimit = np.array(upper, dtype=float)
-    model.velocityLimit = np.array(rates, dtype=float)
+    model.lowerPositionLimit = extended(lower, "lower limits")
+    model.upperPositionLimit = extended(upper, "upper limits")
+    model.velocityLimit = extended(rates, "rate limits")
 
 
 def turned(axis: Literal["x", "y", "z"], angle: float) -> Array:

@@ -10,6 +10,7 @@ import pinocchio as pin
 from problems.robots.robot import TASKS, Robot
 from sandbox import check
 from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import flag, text
 
 Array = np.ndarray
 
@@ -39,8 +40,9 @@ def planar_arm(
     load = np.ones(n) if masses is None else _positive(masses, "mass")
     if len(load) != n:
         raise ShapeError(f"{n} link lengths and {len(load)} masses: give one of each per link")
+    rods = flag(rods, "rods")
     model = pin.Model()
-    model.name = name or f"planar_{n}r"
+    model.name = f"planar_{n}r" if name is None else text(name, "the name of a robot")
     model.gravity.linear = np.array([0.0, -GRAVITY, 0.0])
     joint, place = 0, pin.SE3.Identity()
     for link, (length, mass) in enumerate(zip(size, load, strict=True), start=1):

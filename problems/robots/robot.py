@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from sandbox import check
 from sandbox.errors import RangeError, ShapeError, UnknownNameError
+from sandbox.parameters import chosen, text, told
 
 Array = np.ndarray
 
@@ -75,6 +76,7 @@ class Robot:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rows", _rows(self.rows))
+        text(self.name, "the name of a robot")
         if not self.n:
             raise ShapeError(f"{self.name} has no joint that moves")
         for i in self.joints:
@@ -174,6 +176,11 @@ class Robot:
         both = self._each(one, (3, 4), q)
         return both[..., 3], both[..., :3]
 
+    def translating(self, velocity: Any) -> Array:
+        """Task velocity (..., m) of a hand that moves at `velocity` (..., 3) [m/s], base axes, and does not turn."""
+        velocity = np.asarray(velocity, dtype=float)
+        return np.concatenate([velocity, np.zeros_like(velocity)], axis=-1)[..., self.rows]
+
     def jacobian(self, q: Any) -> Array:
         """J (..., m, n) of the task rows [m/rad, rad/rad, m/m]."""
         return self.geometric(q)[..., self.rows, :]
@@ -226,9 +233,9 @@ class Robot:
 
         def one(data: pin.Data, q: Array) -> Array:
             pin.forwardKinematics(self.model, data, q)
-            return data.oMi[joint].act(place.translation)
+            return data.oMi[number].act(place.translation)
 
-        place = self._place(joint, offset)
+        number, place = self._place(joint, offset)
         return self._each(one, (3,), q)
 
     def point_jacobian(self, q: Any, joint: int, offset: Any = (0.0, 0.0, 0.0)) -> Array:
@@ -236,9 +243,9 @@ class Robot:
 
         def one(data: pin.Data, q: Array) -> Array:
             pin.computeJointJacobians(self.model, data, q)
-            return pin.getFrameJacobian(self.model, data, joint, place, AXES)
+            return pin.getFrameJacobian(self.model, data, number, place, AXES)
 
-        place = self._place(joint, offset)
+        number, place = self._place(joint, offset)
         return self._each(one, (6, self.n), q)
 
     def frame(self, name: str) -> int:
@@ -260,13 +267,14 @@ class Robot:
         linear, angular = np.split(np.array(motion.S).ravel(), 2)
         return linear if SLIDES[self.model.joints[joint].shortname()] else angular
 
-    def _place(self, joint: int, offset: Any) -> pin.SE3:
-        if joint not in self.joints:
-            raise RangeError(f"joint {joint} is not one of 1..{self.n} of {self.name}", joint=joint)
+    def _place(self, joint: Any, offset: Any) -> tuple[int, pin.SE3]:
+        """Number of a joint, and where a point stands in its axes."""
+        if not (isinstance(joint, int | np.integer) and not isinstance(joint, bool) and joint in self.joints):
+            raise RangeError(f"joint {told(joint)} is not one of 1..{self.n} of {self.name}", joint=joint)
         offset = check.real(offset, "offset")
         if offset.shape != (3,):
             raise ShapeError(f"offset has shape {offset.shape}; it must be (3,)", shape=offset.shape)
-        return pin.SE3(np.eye(3), offset)
+        return int(joint), pin.SE3(np.eye(3), offset)
 
     def _each(self, function: Callable[..., Array], shape: tuple[int, ...], *arguments: Any) -> Array:
         """`function(data, *row)` of every row of the stacked arguments (..., n)."""
@@ -278,12 +286,15 @@ class Robot:
         results = np.empty((len(rows[0]), *shape))
         data = self._workspace.data
         for i, row in enumerate(zip(*rows, strict=True)):
-            results[i] = function(data, *row)
+            answer = function(data, *row)
+            results[i] = answer if self.n > 1 else np.reshape(answer, shape)  # the binding drops an axis of length one
         return results.reshape((*lead, *shape))
 
 
 def frame(model: pin.Model, name: str, owner: str) -> int:
     """Pinocchio's number of a frame of `owner`, as Robot.frame."""
+    if not isinstance(name, str):
+        raise UnknownNameError.of(f"frame of {owner}", told(name), {frame.name for frame in model.frames})
     if model.existFrame(name, pin.FrameType.BODY):
         return int(model.getFrameId(name, pin.FrameType.BODY))
     if not model.existFrame(name):
@@ -298,10 +309,13 @@ def _open(limits: Array) -> Array:
 
 def _rows(rows: str | Iterable[int]) -> tuple[int, ...]:
     if isinstance(rows, str):
-        if rows not in TASKS:
-            raise UnknownNameError.of("task", rows, TASKS)
-        return TASKS[rows]
-    chosen = tuple(rows)
-    if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(range(6)):
-        raise RangeError(f"task rows {chosen} must be different numbers of 0..5 (vx, vy, vz, wx, wy, wz)", rows=chosen)
-    return tuple(int(row) for row in chosen)
+        return TASKS[chosen("task", rows, TASKS)]
+    given = tuple(rows) if isinstance(rows, Iterable) and not isinstance(rows, bytes) else ()
+    numbers = [row for row in given if isinstance(row, int | np.integer) and not isinstance(row, bool) and 0 <= row <= 5]
+    if not given or len(set(numbers)) < len(given):
+        raise RangeError(
+            f"task rows {told(rows)} must be different numbers of 0..5 (vx, vy, vz, wx, wy, wz), or one of "
+            f"{', '.join(TASKS)}",
+            rows=rows,
+        )  # fmt: skip
+    return tuple(int(row) for row in numbers)

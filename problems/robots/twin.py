@@ -96,12 +96,16 @@ class Twin:
         """Rotation (3, 3) of the link of a joint (1..n), base axes."""
         return self._R[joint]
 
-    def evaluator(self, *expressions: Symbol, parameters: Sequence[Symbol] = ()) -> Callable[..., tuple[Array, ...]]:
+    def evaluator(
+        self, *expressions: Symbol, parameters: Sequence[Symbol] = (), axes: Sequence[int] | None = None
+    ) -> Callable[..., tuple[Array, ...]]:
         """A function of q (..., n), and of one (..., p) per column of symbols in `parameters`, that gives numbers.
 
-        They are stacked as q is: (...), (..., r) or (..., r, c), one array per expression.
+        They are stacked as q is: (...), (..., r) or (..., r, c), one array per expression. `axes` says how many of r and c
+        each has; left out, those larger than one, so say it where n or m may be 1.
         """
-        shapes = [e.shape if e.shape[1] > 1 else e.shape[:1] if e.shape[0] > 1 else () for e in expressions]
+        kept = [2 if e.shape[1] > 1 else int(e.shape[0] > 1) for e in expressions] if axes is None else axes
+        shapes = [e.shape[:count] for e, count in zip(expressions, kept, strict=True)]
         sizes = [e.numel() for e in expressions]
         column = ca.densify(ca.vertcat(*(ca.vec(e.T) for e in expressions)))
         # one column in, one out, straight from and to numpy's memory: CasADi's own conversions cost more than the numbers
@@ -112,7 +116,7 @@ class Twin:
             check.shape(q, ("n",), {"n": self.robot.n}, "q")
             lead = q.shape[:-1]
             given = [q, *(np.broadcast_to(value, (*lead, np.shape(value)[-1])) for value in values)]
-            rows = np.concatenate(given, axis=-1, dtype=np.float64).reshape(-1, compiled.nnz_in(0))
+            rows = np.ascontiguousarray(np.concatenate(given, axis=-1, dtype=np.float64).reshape(-1, compiled.nnz_in(0)))
             results = np.empty((len(rows), sum(sizes)))
             buffer: Any
             buffer, run = compiled.buffer()

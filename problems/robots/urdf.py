@@ -14,7 +14,8 @@ import pinocchio as pin
 
 from problems.robots.robot import SLIDES, TASKS, Robot, frame
 from sandbox import check
-from sandbox.errors import InputFileError, ShapeError, UnknownNameError
+from sandbox.errors import InputFileError, ShapeError
+from sandbox.parameters import chosen, told
 
 T = TypeVar("T")
 
@@ -45,6 +46,8 @@ def from_urdf(
     ShapeError
         for a kept joint that is continuous, free, planar or mimics another one: says how to go on
     """
+    if not isinstance(path, str | Path):
+        raise InputFileError(f"{told(path)} names no file; give the path of a URDF file")
     path = Path(path)
     tree, model = _read(path)
     title = name or model.name or path.stem
@@ -52,9 +55,9 @@ def from_urdf(
     joints = list(model.names)[1:]
     if keep is None:
         keep = [model.names[i] for i in model.supports[model.frames[number].parentJoint] if i]
+    keep = [keep] if isinstance(keep, str) or not isinstance(keep, Collection) else keep
     for joint in keep:
-        if joint not in joints:
-            raise UnknownNameError.of(f"movable joint of {check.named(path)}", joint, joints)
+        chosen(f"movable joint of {check.named(path)}", joint, joints)
     types = {joint.get("name"): joint for joint in tree.iter("joint")}
     for joint in keep:
         _supported(joint, model, types.get(joint), path)
@@ -62,8 +65,8 @@ def from_urdf(
     try:
         model = pin.buildReducedModel(model, locked, pin.neutral(model)) if locked else model
     except ValueError as error:
-        told = f"cannot lock joints of {check.named(path)}: {check.line(error)}"
-        raise InputFileError(f"{told}; give its links and joints different names") from None
+        trouble = f"cannot lock joints of {check.named(path)}: {check.line(error)}"
+        raise InputFileError(f"{trouble}; give its links and joints different names") from None
     if not model.nv:
         raise ShapeError(f"no joint of {check.named(path)} moves {hand!r}; choose another hand, or keep some joint")
     return Robot(title, model, hand, about=about or f"from {path.name}").task(rows)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from problems.measures.joint_limits import joint_limits_gradient
-from problems.measures.manipulability import manipulability_gradient
+from problems.measures.joint_limits import quadratic
+from problems.measures.manipulability import volume
 from problems.robots.planar import PLANAR_3R, PLANAR_4R
 from problems.robots.robot import Robot
 from problems.sets import construct as make
@@ -19,7 +19,6 @@ Array = np.ndarray
 
 TASKS = ("exact", "damped")
 ROUNDS = 5
-LIMIT = 2.75  # joint limit, both ways [rad]
 ANGLE = 2.5  # configurations are drawn within [rad]
 ALPHA = {"joint limits": 0.5, "manipulability": -0.5}  # alpha > 0 drives f down: towards mid-range, and w up
 DAMPED = 2.0**-7  # base weight under an augmented Jacobian (methods M19)
@@ -68,11 +67,8 @@ def _weight(case: Case, q: Array, rng: np.random.Generator) -> Array:
 
 
 def _gradient(case: Case, q: Array) -> Array:
-    if case.f == "joint limits":
-        limit = np.full(case.arm.n, LIMIT)
-        return make.short(ALPHA[case.f] * joint_limits_gradient(q, -limit, limit))
-    J, dJ = case.arm.jacobian(q), case.arm.jacobian_derivative(q)
-    return make.short(ALPHA[case.f] * manipulability_gradient(J, dJ))
+    f = quadratic(case.arm) if case.f == "joint limits" else volume()
+    return make.short(ALPHA[case.f] * f.gradient(case.arm, q))
 
 
 def _augmented(case: Case, rng: np.random.Generator) -> tuple[Weight, Array]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from problems.measures.joint_limits import joint_limits_gradient
+from problems.measures.joint_limits import quadratic
 from problems.robots.robot import Robot
 from problems.robots.seven_joint import SEVEN_JOINT
 from problems.sets import construct as make
@@ -42,7 +42,7 @@ def member(case: Case, rng: np.random.Generator) -> Member:
     q = make.short(rng.uniform(-0.9, 0.9, arm.n) * arm.upper)
     J = make.short(arm.jacobian(q))
     xdot = make.vector(rng, len(J))
-    a = make.short(ALPHA * joint_limits_gradient(q, arm.lower, arm.upper)) if case.f == "joint limits" else np.zeros(arm.n)
+    a = make.short(ALPHA * quadratic(arm).gradient(arm, q)) if case.f == "joint limits" else np.zeros(arm.n)
     task = "pose" if arm.m == 6 else "position"
     labels = {"robot": arm.name, "q": q.tolist(), "method": case.W, "case": f"{task}; W {case.W}; f {case.f}"}
     return Member(J, xdot, _weight(case, q, J, rng), a, None, labels)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,22 +54,17 @@ def members(case: Case, seed: int, steps: int) -> Iterator[Member]:
     q, parameters = begun.q, {**begun.parameters, **method.still}
     for step in range(steps):
         t = path.duration * step / steps
-        problem = make.shortened(method.cast(robot, q, asked(path, robot, t)[None], **parameters))[0]
+        problem = make.shortened(method.cast(robot, q, robot.translating(path.velocity(np.array([t]))), **parameters))[0]
         labels = {"robot": robot.name, "method": method.name, "seed": seed, "step": step, "q": q[0].tolist(), "case": case.path}
         yield Member(problem.J, problem.xdot, problem.W, problem.a, problem.Wx, labels)
         q = make.short(stepped(method, robot, path, q, t, path.duration / steps, parameters))
 
 
-def asked(path: Path, robot: Robot, t: float) -> Array:
-    """Task velocity (m,) [m/s, rad/s] at time t: the path's, with rotations held."""
-    return np.concatenate([path.velocity(np.array(t)), np.zeros(3)])[list(robot.rows)]
-
-
-def stepped(method: Method, robot: Robot, path: Path, q: Array, t: float, h: float, parameters: object) -> Array:
+def stepped(method: Method, robot: Robot, path: Path, q: Array, t: float, h: float, parameters: Mapping[str, Any]) -> Array:
     """Configuration (1, n) after one classical Runge-Kutta step of h [s] of the original law."""
 
     def law(q: Array, t: float) -> Array:
-        return method.witness(robot, q, asked(path, robot, t)[None], **dict(parameters))  # type: ignore[call-overload]
+        return method.witness(robot, q, robot.translating(path.velocity(np.array([t]))), **parameters)
 
     k1 = law(q, t)
     k2 = law(q + h / 2 * k1, t + h / 2)

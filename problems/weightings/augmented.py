@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from problems.measures.jacobian import decompose
 from problems.robots.robot import Robot
 from sandbox import check
-from sandbox.errors import RangeError, RankDeficientError, RefusalError
+from sandbox.errors import RangeError, RefusalError, ShapeError
+from sandbox.parameters import configuration, told, vectors
 from sandbox.tolerances import RANK, UNIT
 from sandbox.weight import Weight
 
@@ -47,14 +49,18 @@ def secondary_rate(E: Array, gbar: Any = None, gamma: Any = None) -> Array:
     number here and never differentiated. Source: eq. (9) in the sense of footnote 2; methods 8.3.
     """  # fmt: skip
     count = E.shape[-2]
-    gbar = np.zeros(count) if gbar is None else check.real(gbar, "gbar")
-    check.shape(gbar, ("k",), {"k": count}, "gbar")
+    gbar = vectors(np.zeros(count) if gbar is None else gbar, "gbar", count, letter="k", lead=E.shape[:-2])
     return -np.einsum("...kn,...k->...n", E, positive(gamma, count) * gbar)
 
 
 def closed_loop(g: Array, desired: Any, gain: Any, desired_rate: Any = 0.0) -> Array:
     """Rates gbar = gdot_des + kp (g_des - g) (..., k) [g_i/s]: gain kp [1/s] is a number or (k,)."""
-    return np.asarray(desired_rate) + np.asarray(gain) * (np.asarray(desired) - g)
+    desired, gain = check.real(desired, "desired"), check.real(gain, "gain")
+    desired_rate = check.real(desired_rate, "desired_rate")
+    for name, values in (("desired", desired), ("gain", gain), ("desired_rate", desired_rate)):
+        if values.shape[-1:] not in ((), g.shape[-1:]) or len(values.shape) > len(g.shape):
+            raise ShapeError(f"{name} has shape {values.shape}; it must be ({g.shape[-1]},), one per function", field=name)
+    return desired_rate + gain * (desired - g)
 
 
 def positive(gamma: Any, count: int) -> Array:
@@ -64,10 +70,9 @@ def positive(gamma: Any, count: int) -> Array:
     """
     if gamma is None:
         return np.ones(count)
-    gamma = check.real(gamma, "gamma")
-    check.shape(gamma, ("k",), {"k": count}, "gamma")
+    gamma = vectors(gamma, "gamma", count, letter="k")
     if gamma.ndim > 1 or not (gamma > 0).all():
-        raise RangeError(f"gamma is {gamma.tolist()}; it must be {count} positive numbers", field="gamma", value=gamma)
+        raise RangeError(f"gamma is {told(gamma.tolist())}; it must be {count} positive numbers", field="gamma", value=gamma)
     return gamma
 
 
@@ -76,10 +81,10 @@ def clear(robot: Robot, q: Array, E: Array) -> tuple[Array, Array]:
 
     The first is the distance from an algorithmic singularity. Raises RankDeficientError where J has lost rank.
     """
-    _, _, N, sigma = decompose(robot, robot.jacobian(q))
+    found = decompose(robot, robot.jacobian(q))
     length = np.linalg.norm(E, axis=-1, keepdims=True)
     rows = np.divide(E, length, out=np.zeros(np.shape(E)), where=length > 0)
-    return np.linalg.svd(rows @ N, compute_uv=False)[..., -1], sigma[..., 0] / sigma[..., -1]
+    return np.linalg.svd(rows @ found.N, compute_uv=False)[..., -1], found.condition
 
 
 def redundancy(robot: Robot) -> int:
@@ -120,31 +125,12 @@ def check_rows(robot: Robot, q: Array, E: Array) -> None:
             OverdeterminedWarning, stacklevel=3,
         )  # fmt: skip
     distance, condition = clear(robot, q, E)
-    bad = np.atleast_1d(~(distance > RANK * robot.n * UNIT * condition))
+    bad = ~(distance > RANK * robot.n * UNIT * condition)
     if bad.any():
-        first = int(np.flatnonzero(bad)[0])
-        value = float(np.atleast_1d(distance)[first])
+        index = check.first(bad)
+        value = float(distance[index])
         raise AlgorithmicSingularityError(
-            f"configuration {first} of {robot.name}: sigma_min(N'E') is {value:.3g} of |E|, an algorithmic singularity: the "
+            f"{configuration(index)} of {robot.name}: sigma_min(N'E') is {value:.3g} of |E|, an algorithmic singularity: the "
             "self-motion cannot move the secondary functions there; choose others, or add a base (damped_secondary)",
-            index=first, sigma_min=value,
+            index=index, sigma_min=value,
         )  # fmt: skip
-
-
-def decompose(robot: Robot, J: Array) -> tuple[Array, Array, Array, Array]:
-    """J = U diag(sigma) V' and its null space N: (U (..., m, m), V (..., n, m), N (..., n, k), sigma (..., m)).
-
-    Raises RankDeficientError, naming the configuration, where J has lost rank.
-    """
-    U, sigma, Vt = np.linalg.svd(J)
-    bad = np.atleast_1d(~(sigma[..., -1] > RANK * robot.n * UNIT * sigma[..., 0]))
-    if bad.any():
-        first = int(np.flatnonzero(bad)[0])
-        values = np.atleast_2d(sigma)[first]
-        raise RankDeficientError(
-            f"configuration {first} of {robot.name}: J has lost rank, its singular values are "
-            f"({', '.join(f'{value:.3g}' for value in values)}); use least_squares_rank_deficient (eq. 13)",
-            index=first, singular_values=values,
-        )  # fmt: skip
-    V = np.swapaxes(Vt, -1, -2)
-    return U, V[..., : robot.m], V[..., robot.m :], sigma

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from sandbox import check
 from sandbox.errors import WeightNotPositiveDefiniteError
+from sandbox.parameters import configuration, matrix
 from sandbox.tolerances import POSITIVE_PIVOT, UNIT
 
 Array = np.ndarray
@@ -25,8 +29,8 @@ def definite(A: Array, name: str, way_out: str) -> Array:
     least = np.where(positive.all(axis=-1), least, diagonal.min(axis=-1))
     bad = least <= POSITIVE_PIVOT * A.shape[-1] * UNIT
     if bad.any():
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
-        where = f" at configuration {list(index)}" if index else ""
+        index = check.first(bad)
+        where = f" at {configuration(index)}" if index else ""
         if not positive[index].all():
             joint = int(np.argmin(diagonal[index])) + 1
             what = f"its diagonal entry of joint {joint} is {diagonal[index][joint - 1]:.3g}"
@@ -39,9 +43,9 @@ def definite(A: Array, name: str, way_out: str) -> Array:
     return A
 
 
-def scattered(rng: np.random.Generator, n: int, count: int | None = None) -> Array:
-    """Random positive definite matrices (count, n, n), or one (n, n), with eigenvalues in [1/2, 8)."""
-    lead = () if count is None else (count,)
-    turn = np.linalg.qr(rng.standard_normal((*lead, n, n)))[0]
-    A = (turn * 2 ** rng.uniform(-1.0, 3.0, (*lead, 1, n))) @ np.swapaxes(turn, -1, -2)
-    return (A + np.swapaxes(A, -1, -2)) / 2
+def positive_definite(values: Any, field: str, size: int, way_out: str = "give one that is") -> Array:
+    """A symmetric positive definite matrix (..., size, size) from a number, its diagonal (size,), or itself.
+
+    Raises ShapeError, AsymmetricWeightError, WeightNotPositiveDefiniteError.
+    """
+    return definite(matrix(values, field, size), field, way_out)

@@ -9,12 +9,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from problems.measures.jacobian import decompose
 from problems.measures.measure import Measure
 from problems.robots.robot import Robot
 from problems.robots.twin import twin
-from problems.weightings.augmented import AlgorithmicSingularityError, decompose, redundancy
+from problems.weightings.augmented import AlgorithmicSingularityError, redundancy
 from sandbox import check
 from sandbox.errors import RefusalError
+from sandbox.parameters import configuration, number
 from sandbox.tolerances import EXTREMAL, RANK, UNIT
 from sandbox.weight import Weight
 
@@ -72,14 +74,15 @@ class Extremum:
 
         Raises OffManifoldError, naming the configuration, where |h| exceeds `tolerance` |grad g|.
         """
-        distance = np.atleast_1d(self.distance)
-        if (distance > tolerance).any():
-            first = int(np.flatnonzero(distance > tolerance)[0])
-            value = float(distance[first])
+        tolerance = number(tolerance, "tolerance", least=0, infinite=True)
+        bad = self.distance > tolerance
+        if bad.any():
+            index = check.first(bad)
+            value = float(self.distance[index])
             raise OffManifoldError(
-                f"configuration {first} of {self.robot.name}: |N'grad g| is {value:.3g} of |grad g|, above {tolerance:g}: it "
+                f"{configuration(index)} of {self.robot.name}: |N'grad g| is {value:.3g} of |grad g|, above {tolerance:g}: it "
                 "is no extremum of g on its self-motion; start on one, or feed h back (extremum_feedback)",
-                index=first, distance=value, h=np.reshape(self.h, (-1, self.robot.k))[first],
+                index=index, distance=value, h=self.h[index],
             )  # fmt: skip
         return self
 
@@ -90,15 +93,15 @@ class Extremum:
         """
         H = self.H
         size = np.linalg.norm(self.hessian, axis=(-2, -1)) + np.linalg.norm(self.T, axis=(-2, -1))
-        sigma = np.atleast_1d(np.linalg.svd(H @ self.N, compute_uv=False)[..., -1])
-        bad = ~(sigma > np.atleast_1d(RANK * self.robot.n * UNIT * self.condition * size))
+        sigma = np.linalg.svd(H @ self.N, compute_uv=False)[..., -1]
+        bad = ~(sigma > RANK * self.robot.n * UNIT * self.condition * size)
         if bad.any():
-            first = int(np.flatnonzero(bad)[0])
-            value = float(sigma[first])
+            index = check.first(bad)
+            value = float(sigma[index])
             raise AlgorithmicSingularityError(
-                f"configuration {first} of {self.robot.name}: sigma_min(N'H') is {value:.3g}: the extremum of g bifurcates, "
+                f"{configuration(index)} of {self.robot.name}: sigma_min(N'H') is {value:.3g}: the extremum of g bifurcates, "
                 "its reduced Hessian is singular; choose another g, or add a base (damped_secondary)",
-                index=first, sigma_min=value,
+                index=index, sigma_min=value,
             )  # fmt: skip
         return self
 
@@ -112,10 +115,10 @@ def extremum(robot: Robot, q: Array, g: Measure) -> Extremum:
     q = check.real(q, "q")
     hessian, gradient = g.curvature(robot, q), g.gradient(robot, q)
     J = robot.jacobian(q)
-    U, V, N, sigma = decompose(robot, J)
-    multipliers = np.einsum("...mi,...i->...m", U, np.einsum("...ni,...n->...i", V, gradient) / sigma)
+    found = decompose(robot, J)
+    multipliers = np.einsum("...mi,...i->...m", found.U, np.einsum("...ni,...n->...i", found.V, gradient) / found.sigma)
     (T,) = _torsion(robot)(q, multipliers)
-    return Extremum(robot, q, J, N, sigma[..., 0] / sigma[..., -1], gradient, hessian, multipliers, T)
+    return Extremum(robot, q, J, found.N, found.condition, gradient, hessian, multipliers, T)
 
 
 def extended(condition: Extremum) -> Weight:
@@ -131,4 +134,4 @@ def extended(condition: Extremum) -> Weight:
 def _torsion(robot: Robot) -> Any:
     symbols = twin(robot)
     lam = ca.SX.sym("lam", robot.m)
-    return symbols.evaluator(ca.jacobian(symbols.jacobian.T @ lam, symbols.q), parameters=(lam,))
+    return symbols.evaluator(ca.jacobian(symbols.jacobian.T @ lam, symbols.q), parameters=(lam,), axes=[2])

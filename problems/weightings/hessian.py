@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from problems.weightings.extended import Extremum
+from sandbox import check
 from sandbox.errors import RefusalError
+from sandbox.parameters import configuration, flag
 from sandbox.tolerances import TORSION
 from sandbox.weight import Weight
 
@@ -22,17 +24,18 @@ def hessian(condition: Extremum, *, maximum: bool = False) -> Weight:
     Rows of angular velocity make T asymmetric; N'T and N'T' agree where the task fixes all of it, or none.
     Raises PartialOrientationError, naming the configuration, where they do not. Source: methods 5.2-5.4.
     """
-    T = condition.T
+    maximum, T = flag(maximum, "maximum"), condition.T
     twist = np.swapaxes(condition.N, -1, -2) @ (T - np.swapaxes(T, -1, -2))
-    share = np.atleast_1d(np.abs(twist).max(axis=(-2, -1)))
-    size = np.atleast_1d(np.abs(T).max(axis=(-2, -1)))
-    if (share > TORSION * size).any():
-        first = int(np.flatnonzero(share > TORSION * size)[0])
-        value = float(share[first])
+    share = np.abs(twist).max(axis=(-2, -1))
+    bad = share > TORSION * np.abs(T).max(axis=(-2, -1))
+    if bad.any():
+        index = check.first(bad)
+        value = float(share[index])
         raise PartialOrientationError(
-            f"configuration {first} of {condition.robot.name}: N'(T - T') is {value:.3g}, its task rows {condition.robot.rows} "
-            "fix a part of the angular velocity only, so W = Hess L is not symmetric; use extended_jacobian (W = H'H)",
-            index=first, asymmetry=value,
+            f"{configuration(index)} of {condition.robot.name}: N'(T - T') is {value:.3g}, its task rows "
+            f"{condition.robot.rows} fix a part of the angular velocity only, so W = Hess L is not symmetric; "
+            "use extended_jacobian (W = H'H)",
+            index=index, asymmetry=value,
         )  # fmt: skip
     W = condition.hessian - (T + np.swapaxes(T, -1, -2)) / 2
     return Weight(-W if maximum else W)

@@ -8,13 +8,27 @@ import numpy as np
 
 from problems.robots.robot import Robot
 from sandbox.errors import RangeError
+from sandbox.parameters import extended, told
 from sandbox.weight import Weight
 
 Array = np.ndarray
 
 
+SCALES = "give scales=(s_1, ..., s_n), how far each joint is wont to move [rad, m]"
+
+
 class MixedUnitsError(RangeError):
     """Radians and metres have no common length: W = I would compare them as if they had."""
+
+
+def one_unit(robot: Robot, way_out: str = SCALES) -> None:
+    """Refuse (MixedUnitsError) joints that turn beside joints that slide where all are weighed alike."""
+    if robot.prismatic.any() and not robot.prismatic.all():
+        first = int(np.flatnonzero(robot.prismatic)[0]) + 1
+        raise MixedUnitsError(
+            f"{robot.name} mixes revolute and prismatic joints (joint {first} slides): W = I has no unit there; {way_out}",
+            robot=robot.name, joint=first,
+        )  # fmt: skip
 
 
 def identity(robot: Robot, q: Array, scales: Any = None) -> Weight:
@@ -23,16 +37,9 @@ def identity(robot: Robot, q: Array, scales: Any = None) -> Weight:
     Raises MixedUnitsError for revolute beside prismatic joints without scales, RangeError for a scale that is not positive.
     """
     if scales is None:
-        if robot.prismatic.any() and not robot.prismatic.all():
-            first = int(np.flatnonzero(robot.prismatic)[0]) + 1
-            raise MixedUnitsError(
-                f"{robot.name} mixes revolute and prismatic joints (joint {first} slides): W = I has no unit there; "
-                "give scales=(s_1, ..., s_n), how far each joint is wont to move [rad, m]",
-                robot=robot.name, joint=first,
-            )  # fmt: skip
+        one_unit(robot)
         scales = np.ones(robot.n)
-    scales = np.asarray(scales, dtype=float)
-    bad = ~(np.isfinite(scales) & (scales > 0)) if scales.shape == (robot.n,) else np.ones(1, dtype=bool)
-    if bad.any():
-        raise RangeError(f"scales must be {robot.n} positive numbers [rad, m], not {scales.tolist()}", scales=scales)
+    scales = extended(scales, "scales")
+    if scales.shape != (robot.n,) or not (np.isfinite(scales) & (scales > 0)).all():
+        raise RangeError(f"scales must be {robot.n} positive numbers [rad, m], not {told(scales.tolist())}", scales=scales)
     return Weight(np.broadcast_to(np.diag(scales**-2.0), (*np.shape(q)[:-1], robot.n, robot.n)))

@@ -8,11 +8,12 @@ import numpy as np
 
 from problems.measures.measure import Measure
 from problems.robots.robot import Robot
-from problems.weightings.damped import positive_definite
+from problems.weightings.definite import positive_definite
 from problems.weightings.extended import Extremum, extremum
 from problems.weightings.hessian import hessian
 from sandbox import check
 from sandbox.errors import RefusalError
+from sandbox.parameters import configuration, number, single, vectors, within
 from sandbox.tolerances import EXTREMAL
 from sandbox.weight import Weight
 
@@ -29,14 +30,16 @@ def elastic(robot: Robot, stiffness: Any = 1.0, rest: Any = None) -> Measure:
 
     Raises WeightNotPositiveDefiniteError, AsymmetricWeightError, ShapeError.
     """  # fmt: skip
-    K = positive_definite(stiffness, robot.n, "stiffness")
-    rest = np.zeros(robot.n) if rest is None else check.real(rest, "rest")
-    check.shape(rest, ("n",), {"n": robot.n}, "rest")
+    K = single(positive_definite(stiffness, "stiffness", robot.n), "stiffness", robot.n)
+    rest = vectors(np.zeros(robot.n) if rest is None else rest, "rest", robot.n)
 
     def gradient(robot: Robot, q: Array) -> Array:
+        q = vectors(q, "q", robot.n)
+        within(q.shape[:-1], rest.shape[:-1], "rest")
         return np.einsum("...ij,...j->...i", K, q - rest)
 
     def value(robot: Robot, q: Array) -> Array:
+        q = check.real(q, "q")
         return np.einsum("...i,...i->...", q - rest, gradient(robot, q)) / 2
 
     def curvature(robot: Robot, q: Array) -> Array:
@@ -63,7 +66,7 @@ def impedance(robot: Robot, q: Array, compliance: Any = 1.0, rest: Any = None, t
 
     Source: Mussa-Ivaldi & Hogan 1991, the paper's reference [26].
     """
-    C = positive_definite(compliance, robot.n, "compliance")
+    C = single(positive_definite(compliance, "compliance", robot.n), "compliance", robot.n)
     K = np.linalg.inv(C)
     return hessian(balanced(extremum(robot, q, elastic(robot, (K + np.swapaxes(K, -1, -2)) / 2, rest)), tolerance))
 
@@ -73,13 +76,14 @@ def balanced(condition: Extremum, tolerance: float = EXTREMAL) -> Extremum:
 
     Raises OffEquilibriumError where more than `tolerance` of the elastic torque is not J'F.
     """
-    share = np.atleast_1d(condition.distance)
-    if (share > tolerance).any():
-        first = int(np.flatnonzero(share > tolerance)[0])
-        value = float(share[first])
+    tolerance = number(tolerance, "tolerance", least=0, infinite=True)
+    bad = condition.distance > tolerance
+    if bad.any():
+        index = check.first(bad)
+        value = float(condition.distance[index])
         raise OffEquilibriumError(
-            f"configuration {first} of {condition.robot.name}: {value:.3g} of the elastic torque C^-1 (q - rest) is not J'F "
+            f"{configuration(index)} of {condition.robot.name}: {value:.3g} of the elastic torque C^-1 (q - rest) is not J'F "
             f"for any force F on the hand, above {tolerance:g}; choose rest = q - C J'F, or let it relax (extremum_feedback)",
-            index=first, residual=value,
+            index=index, residual=value,
         )  # fmt: skip
     return condition

@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from problems.robots.robot import Robot
-from problems.weightings.definite import definite
+from problems.weightings.definite import positive_definite
 from sandbox import check
 from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import told, within
 from sandbox.weight import Weight
 
 Array = np.ndarray
@@ -22,7 +23,7 @@ class UnitMismatchError(RangeError):
 
 @dataclass(frozen=True, eq=False)
 class _Elasticity:
-    """A symmetric positive definite matrix (n, n), or its diagonal (n,), and its unit."""
+    """A symmetric positive definite matrix (n, n), its diagonal (n,) or a number, and its unit."""
 
     matrix: Any
     unit: str | None = None
@@ -36,21 +37,15 @@ class _Elasticity:
         """The matrix (..., n, n), symmetric and positive definite, in the robot's units."""
         slides = robot.prismatic
         joints = "revolute" if not slides.any() else "sliding" if slides.all() else "mixed"
-        if self.unit is not None and self.unit != self.units[joints]:
+        if self.unit is not None and not (isinstance(self.unit, str) and self.unit == self.units[joints]):
+            unit = self.unit if isinstance(self.unit, str) else told(self.unit)
             raise UnitMismatchError(
-                f"{type(self).__name__} of {robot.name} is in {self.units[joints]} ({joints} joints), not {self.unit}; "
+                f"{type(self).__name__} of {robot.name} is in {self.units[joints]} ({joints} joints), not {check.line(unit)}; "
                 "convert it, or give it as what it is: JointStiffness or JointCompliance",
                 unit=self.unit,
             )
-        A = check.real(self.matrix, self.letter)
-        A = np.diag(A) if A.shape == (robot.n,) else A
-        if A.ndim < 2 or A.shape[-2:] != (robot.n, robot.n):
-            n = robot.n
-            raise ShapeError(
-                f"{self.letter} has shape {A.shape}; it must be ({n},), ({n}, {n}) or (B, {n}, {n})", shape=A.shape
-            )
         way_out = "elastic energy must grow in every direction: give a positive definite matrix"
-        return definite(check.symmetric(A, self.letter), self.letter, way_out)
+        return positive_definite(self.matrix, self.letter, robot.n, way_out)
 
     def weight(self, robot: Robot) -> Array:
         """W (..., n, n)."""
@@ -104,5 +99,5 @@ def stiffness(robot: Robot, q: Array, elasticity: Any = None) -> Weight:
         )
     W = elasticity.weight(robot)
     lead = np.shape(q)[:-1]
-    check.leading({"q": lead, elasticity.letter: W.shape[:-2]})
-    return Weight(np.broadcast_to(W, (*np.broadcast_shapes(lead, W.shape[:-2]), robot.n, robot.n)))
+    within(lead, W.shape[:-2], elasticity.letter)
+    return Weight(np.broadcast_to(W, (*lead, robot.n, robot.n)))

@@ -13,9 +13,11 @@ from problems.measures.obstacle import Point, critical_points, distances, place
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, Twin
 from problems.weightings.augmented import clear
-from problems.weightings.definite import definite
+from problems.weightings.definite import positive_definite
+from problems.weightings.identity import one_unit
 from sandbox import check
-from sandbox.errors import ConditionSevenError, RangeError
+from sandbox.errors import ConditionSevenError
+from sandbox.parameters import configuration, number, single
 from sandbox.tolerances import RANK, UNIT
 from sandbox.weight import Weight
 
@@ -48,19 +50,19 @@ def two_task(robot: Robot, q: Array, Jd: Array, Qd: Any = None, *, eps: float = 
     eps : lets self-motion that Jd does not control rest; Maciejewski and Klein's law is the limit eps -> 0, O(eps) away
 
     Raises NotControlledError where rank(Jd N) < n - m and eps = 0 (condition (7) fails), RangeError for eps < 0,
-    WeightNotPositiveDefiniteError for Qd, RankDeficientError where J has lost rank and eps = 0.
+    WeightNotPositiveDefiniteError for Qd, RankDeficientError where J has lost rank and eps = 0, MixedUnitsError for eps I
+    of revolute beside prismatic joints.
 
     Source: A. A. Maciejewski, C. A. Klein, IJRR 4(3), 1985; methods M8.
     """
     *lead, p, n = Jd.shape
-    if not 0 <= eps < np.inf:
-        raise RangeError(f"eps is {eps:g}; it must be positive, or 0 where rank(Jd N) = n - m", field="eps", value=eps)
-    Qd = np.ones(p) if Qd is None else check.real(Qd, "Qd")
-    Qd = np.diag(Qd) if Qd.ndim == 1 else Qd
-    check.shape(Qd, ("p", "p"), {"p": p}, "Qd")
-    Qd = definite(check.symmetric(Qd, "Qd"), "Qd", "every row of the second task must count")
+    eps = number(eps, "eps", least=0)
+    Qd = positive_definite(1.0 if Qd is None else Qd, "Qd", p, "every row of the second task must count")
+    Qd = single(Qd, "Qd", p)
     if eps == 0:
         _controlled(robot, q, Jd)
+    else:
+        one_unit(robot, "choose points whose distances self-motion changes, so that eps = 0 will do")
     return Weight(np.broadcast_to(eps * np.eye(n), (*lead, n, n)), Jd, np.broadcast_to(Qd, (*lead, p, p)))
 
 
@@ -70,11 +72,11 @@ def _controlled(robot: Robot, q: Array, Jd: Array) -> None:
     least, condition = clear(robot, q, Jd) if p and k else (np.ones(np.shape(q)[:-1]), 1.0)
     lost = ~(least > RANK * robot.n * UNIT * condition) | (p < k)
     if lost.any():
-        index = tuple(int(i) for i in np.argwhere(lost)[0])
+        index = check.first(lost)
         value = 0.0 if p < k else float(least[index])
         raise NotControlledError(
-            f"the second task (p = {p} rows) does not fix the self-motion (n - m = {k}) of {robot.name} at configuration "
-            f"{list(index)}: the least singular value of Jd N is {value:.3g} of |Jd|, so N'WN is singular; "
+            f"the second task (p = {p} rows) does not fix the self-motion (n - m = {k}) of {robot.name} at "
+            f"{configuration(index)}: the least singular value of Jd N is {value:.3g} of |Jd|, so N'WN is singular; "
             "give eps > 0, or points whose distances self-motion changes",
             index=index, sigma_min=value, rows=p, redundancy=k,
         )  # fmt: skip

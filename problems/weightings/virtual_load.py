@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -12,7 +12,8 @@ import numpy as np
 from problems.robots.robot import Robot
 from problems.robots.twin import Symbol, twin
 from sandbox import check
-from sandbox.errors import RangeError
+from sandbox.errors import RangeError, ShapeError
+from sandbox.parameters import number, told
 from sandbox.tolerances import SYMMETRY
 from sandbox.weight import Weight
 
@@ -59,30 +60,46 @@ def virtual_load(robot: Robot, q: Array, bodies: Sequence[Any] | None = None) ->
 
     Source: methods M17 (the paper's reference is not identified).
     """
-    given = balls(robot) if bodies is None else tuple(VirtualBody(*body) for body in bodies)
+    given = balls(robot) if bodies is None else _given(bodies)
     if not given:
         raise LoadError("no virtual body is given: K_p would be zero")
     numbers = [_checked(robot, body) for body in given]
-    rows = _rows(robot, tuple(int(body.joint) for body in given))
+    rows = _rows(robot, tuple(body.joint for body in given))
     (stacked,) = rows(q, np.concatenate(numbers))
     E = np.asarray(np.linalg.qr(stacked, mode="r"))
     *lead, rank, n = E.shape
     return Weight(np.broadcast_to(np.zeros((n, n)), (*lead, n, n)), E, np.broadcast_to(np.eye(rank), (*lead, rank, rank)))
 
 
+def _given(bodies: Any) -> tuple[VirtualBody, ...]:
+    """`bodies` as VirtualBody, their joints as Python's numbers; ShapeError for what is no sequence of such rows."""
+    if isinstance(bodies, str) or not isinstance(bodies, Iterable):
+        raise ShapeError(f"bodies is {told(bodies)}; give (joint, mass, centre, inertia) for each", field="bodies")
+    found = []
+    for i, row in enumerate(bodies):
+        try:
+            body = VirtualBody(*row)
+        except TypeError:
+            raise ShapeError(f"bodies[{i}] is {told(row)}; give (joint, mass, centre, inertia)", index=i) from None
+        integral = isinstance(body.joint, int | np.integer) and not isinstance(body.joint, bool)
+        found.append(body._replace(joint=int(body.joint)) if integral else body)
+    return tuple(found)
+
+
 def _checked(robot: Robot, body: VirtualBody) -> Array:
     """sqrt(m), centre and S with I_b = S'S of one body, in one row (13,)."""
-    if body.joint not in robot.joints:
-        raise RangeError(f"joint {body.joint} of a virtual body is not one of 1..{robot.n} of {robot.name}", joint=body.joint)
-    mass = check.real(body.mass, "mass")
+    if type(body.joint) is not int or body.joint not in robot.joints:
+        raise RangeError(
+            f"joint {told(body.joint)} of a virtual body is not one of 1..{robot.n} of {robot.name}", joint=body.joint
+        )
+    mass = number(body.mass, "mass of a virtual body")
     centre, about_centre = check.real(body.centre, "centre"), check.real(body.inertia, "inertia")
-    check.shape(centre, ("3",), {"3": 3}, "centre")
-    check.shape(about_centre, ("3", "3"), {"3": 3}, "inertia")
+    for name, values, shape in (("centre", centre, (3,)), ("inertia", about_centre, (3, 3))):
+        if values.shape != shape:
+            raise ShapeError(f"the {name} of a virtual body has shape {values.shape}; it must be {shape}", shape=values.shape)
     moments, axes = np.linalg.eigh(check.symmetric(about_centre, "inertia"))
     if mass < 0:
-        raise LoadError(
-            f"the virtual body on joint {body.joint} has a mass of {mass:g} kg: none is negative", value=float(mass)
-        )
+        raise LoadError(f"the virtual body on joint {body.joint} has a mass of {mass:g} kg: none is negative", value=mass)
     rounding = SYMMETRY * np.abs(moments).max()
     if moments[0] < -rounding or moments[0] + moments[1] < moments[2] - rounding:
         raise LoadError(
@@ -104,7 +121,7 @@ def _rows(robot: Robot, joints: tuple[int, ...]) -> Callable[..., tuple[Array, .
         centre = symbols.point(joint) + R @ body[1:4]
         S = ca.reshape(body[4:], 3, 3).T  # CasADi fills columns first
         blocks += [body[0] * ca.jacobian(centre, symbols.q), S @ R.T @ _turning(robot, joint)]
-    return symbols.evaluator(ca.vertcat(*blocks), parameters=[numbers])
+    return symbols.evaluator(ca.vertcat(*blocks), parameters=[numbers], axes=[2])
 
 
 def _turning(robot: Robot, joint: int) -> Symbol:

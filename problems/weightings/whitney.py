@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from problems.robots.robot import Robot
-from problems.weightings.definite import definite
-from problems.weightings.identity import identity
-from sandbox import check
-from sandbox.errors import ShapeError
+from problems.weightings.definite import positive_definite
+from problems.weightings.identity import one_unit
+from sandbox.parameters import scalar, within
 from sandbox.weight import Weight
 
 Array = np.ndarray
@@ -19,7 +18,7 @@ WAY_OUT = "give a positive definite W, or pose the problem with this W itself: e
 
 
 def whitney(robot: Robot, q: Array, weight: Any = None) -> Weight:
-    """W (..., n, n) from `weight`: its diagonal (n,), one matrix (n, n), or one per configuration (B, n, n).
+    """W (..., n, n) from `weight`: a number, its diagonal (n,), one matrix (n, n), or one per configuration (B, n, n).
 
     Left out, it is diag(n, ..., 2, 1): the joints that carry most move least.
 
@@ -29,14 +28,9 @@ def whitney(robot: Robot, q: Array, weight: Any = None) -> Weight:
     Source: D. E. Whitney, IEEE Trans. Man-Machine Systems 10(2), 1969; eq. (5), English & Maciejewski.
     """
     lead, n = np.shape(q)[:-1], robot.n
-    if weight is None:
-        identity(robot, q)  # refuses mixed units
-        weight = np.arange(n, 0, -1)
-    W = check.real(weight, "weight")
-    if W.shape == (n,):
-        W = np.diag(W)
-    if W.ndim < 2 or W.shape[-2:] != (n, n):
-        raise ShapeError(f"weight has shape {W.shape}; it must be ({n},), ({n}, {n}) or (B, {n}, {n})", shape=W.shape)
-    check.leading({"q": lead, "weight": W.shape[:-2]})
-    W = definite(check.symmetric(W, "weight"), "weight", WAY_OUT)
-    return Weight(np.broadcast_to(W, (*np.broadcast_shapes(lead, W.shape[:-2]), n, n)))
+    if weight is None or scalar(weight):
+        one_unit(robot, "give weight, its diagonal (n,) or all of it")
+        weight = np.arange(n, 0, -1) if weight is None else weight
+    W = positive_definite(weight, "weight", n, WAY_OUT)
+    within(lead, W.shape[:-2], "weight")
+    return Weight(np.broadcast_to(W, (*lead, n, n)))

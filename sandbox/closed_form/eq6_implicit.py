@@ -10,10 +10,10 @@ import numpy as np
 from sandbox import check
 from sandbox.closed_form.compiled import compiled
 from sandbox.closed_form.form import Ledger
-from sandbox.closed_form.geometry import norm
+from sandbox.closed_form.geometry import Standing, norm
 from sandbox.errors import AsymmetricWeightError, RangeError, SandboxError, ShapeError
 from sandbox.problem import VelocityProblem
-from sandbox.solution import Solution, Status
+from sandbox.solution import Solution
 from sandbox.stacked import eigenvalues, svd, symmetric, transpose
 from sandbox.tolerances import CONDITION_SEVEN, FORWARD, NULL_BASIS, RANK, REDUCED_ASYMMETRY, UNIT
 
@@ -59,24 +59,15 @@ def eq6_implicit(J: Any, xdot: Any, N: Any, NtW: Any, Nta: Any, *, size: Any = N
     Source: eq. (6) and the end of section III, English & Maciejewski.
     """
     given = _Reduced.of(J, xdot, N, NtW, Nta, size)
-    task, lead = given.task, given.lead
-    B, m, n = len(task), task.m, task.n
-    ledger = Ledger(task)
-    ledger.threshold = given.threshold
-    low, high = given.curvature[:, :1], given.curvature[:, -1:]
-    ledger.evidence = {
-        "lambda_min_reduced": low[:, 0] if n > m else np.full(B, np.nan),
-        "lambda_max_reduced": high[:, 0] if n > m else np.full(B, np.nan),
-        "singular_values": given.singular_values,
-    }
-    ledger.refuse(~given.full_row_rank, Status.RANK_DEFICIENT, ledger.rank_words)
-    ledger.refuse(given.singular, Status.CONDITION_SEVEN, ledger.curvature_words)
-    ledger.refuse(given.unsure, Status.ILL_CONDITIONED, ledger.unsure_words)
+    problem, lead = given.problem, given.lead
+    B, m, n = len(problem), problem.m, problem.n
+    ledger = Ledger(problem)
+    ledger.refuse_by(given)
     x = np.full((B, n), np.nan)
     i = np.flatnonzero(ledger.open)
     if i.size:
-        rows = np.concatenate([task.J[i], given.NtW[i]], axis=1)
-        b = np.concatenate([task.xdot[i], -given.Nta[i]], axis=1)
+        rows = np.concatenate([problem.J[i], given.NtW[i]], axis=1)
+        b = np.concatenate([problem.xdot[i], -given.Nta[i]], axis=1)
         found, code = np.empty((len(i), n)), np.empty(len(i), dtype=np.int64)
         compiled("eq6_implicit_stack")(rows, b, found, code)
         x[i] = np.where((code == 0)[:, None], found, np.nan)
@@ -97,9 +88,9 @@ def implicit_bound(J: Any, N: Any, NtW: Any, *, size: Any = None) -> Array:
     """
     J = check.matrices(J, "J")
     given = _Reduced.of(J, np.zeros(J.shape[-2]), N, NtW, np.zeros(max(J.shape[-1] - J.shape[-2], 0)), size)
-    n, m = given.task.n, given.task.m
-    bound = np.full(len(given.task), np.inf)
-    i = np.flatnonzero(given.full_row_rank & ~given.singular & ~given.unsure)
+    n, m = given.problem.n, given.problem.m
+    bound = np.full(len(given.problem), np.inf)
+    i = np.flatnonzero(given.sound)
     if i.size:
         A = np.concatenate([given.Jeq, given.NtW / given.row_size[:, :, None]], axis=1)[i]
         sigma = svd(A)[1]
@@ -111,18 +102,16 @@ def implicit_bound(J: Any, N: Any, NtW: Any, *, size: Any = None) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class _Reduced:
+class _Reduced(Standing):
     """A stack of B problems of which only N'W and N'a are known, columns of N scaled to one, and what decides them.
 
-    task : J and xdot, with weight zero: nothing reads it
-    Jeq (B, m, n) : rows of J scaled to one; sigma, singular_values (B, m) of Jeq and of J itself
-    curvature (B, k) : eigenvalues of N'WN, N orthonormalised, ascending; size (B,) of W
-    turn (B,) : error of span N in units of n u; threshold, rounding (B,) : as in geometry.py
-    row_size (B, k) : what the rows N'W were summed from
+    problem : J and xdot, with weight zero: nothing reads it
+    Jeq (B, m, n) : rows of J scaled to one; size (B,) of W; turn (B,) : error of span N in units of n u
+    row_size (B, k) : what the rows N'W were summed from; the others as in Standing
     """
 
     lead: tuple[int, ...]
-    task: VelocityProblem
+    problem: VelocityProblem
     NtW: Array
     Nta: Array
     Jeq: Array
@@ -158,20 +147,20 @@ class _Reduced:
             stacks["size"] = size.shape
         lead = check.leading(stacks)
         J = np.broadcast_to(J, (*lead, m, n))
-        task = VelocityProblem(J=J, xdot=xdot, W=np.zeros((n, n))).stacked()
-        B = len(task)
+        problem = VelocityProblem(J=J, xdot=xdot, W=np.zeros((n, n))).stacked()
+        B = len(problem)
         N, NtW, Nta = (
             np.broadcast_to(v, (*lead, *tail)).reshape(B, *tail) for v, tail in ((N, (n, k)), (NtW, (k, n)), (Nta, (k,)))
         )
         length = np.linalg.norm(N, axis=1)
         whole = np.where(length > 0, length, 1.0)
         N, NtW, Nta = N / whole[:, None, :], NtW / whole[:, :, None], Nta / whole
-        row = np.linalg.norm(task.J, axis=2)
-        Jeq = task.J / np.where(row > 0, row, 1.0)[:, :, None]
+        row = np.linalg.norm(problem.J, axis=2)
+        Jeq = problem.J / np.where(row > 0, row, 1.0)[:, :, None]
         eps = 2 * UNIT
         outside = np.abs(Jeq @ N)
         if (outside > NULL_BASIS * eps).any():
-            at = tuple(int(i) for i in np.argwhere(outside > NULL_BASIS * eps)[0])
+            at = check.first(outside > NULL_BASIS * eps)
             raise NullBasisError(
                 f"N is no basis of null J: in member {_place(at[0], lead)} row {at[1]} of J times column {at[2]} of N is "
                 f"{outside[at]:.3g} of |J_i||N_c|; take it from closed_form.null_basis, at the same configuration as J",
@@ -205,41 +194,16 @@ class _Reduced:
             curvature = eigenvalues(symmetric(inner))
             across = norm(transpose(T) @ NtW - inner @ transpose(Q))
             spread = s[:, 0] / s[:, -1]
-        singular_values = np.linalg.svd(task.J, compute_uv=False)
+        singular_values = np.linalg.svd(problem.J, compute_uv=False)
         sigma = np.linalg.svd(Jeq, compute_uv=False)
         # the error of span N: rounding of whatever made it, or what J N shows if that is more
         turn = (sigma[:, 0] + norm(outside) / (n * UNIT)) / sigma[:, -1] * spread
         return cls(
-            lead, task, NtW, Nta, Jeq, sigma, singular_values, curvature, largest,
+            lead, problem, NtW, Nta, Jeq, sigma, singular_values, curvature, largest,
             row_size=np.maximum(np.linalg.norm(NtW, axis=2), largest[:, None]), turn=turn,
             threshold=CONDITION_SEVEN * k * n * eps * largest * spread**2,
             rounding=2 * np.where(across > 0, across * turn * n * UNIT, 0.0),
         )  # fmt: skip
-
-    @property
-    def full_row_rank(self) -> Array:
-        """Where no singular value of the equilibrated J is within rounding of zero (B,)."""
-        if self.task.n < self.task.m:
-            return np.zeros(len(self.task), dtype=bool)
-        full: Array = self.sigma[:, -1] > RANK * self.task.n * UNIT * self.sigma[:, 0]
-        return full
-
-    @property
-    def smallest(self) -> Array:
-        """Smallest eigenvalue of N'WN (B,); +inf where N is empty."""
-        return self.curvature[:, 0] if self.curvature.shape[1] else np.full(len(self.task), np.inf)
-
-    @property
-    def unsure(self) -> Array:
-        """Where the error of N is what leaves condition (7) open (B,)."""
-        size = np.abs(self.smallest)
-        within: Array = (size > self.threshold) & (size <= self.threshold + self.rounding)
-        return within
-
-    @property
-    def singular(self) -> Array:
-        """Where condition (7) fails, or holds by no more than rounding of N'WN (B,)."""
-        return ~(self.smallest > self.threshold) & ~self.unsure
 
 
 def _thin(N: Array) -> tuple[Array, Array, Array]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sandbox.closed_form.geometry import Geometry
+from sandbox.closed_form.geometry import Geometry, Standing
 from sandbox.problem import VelocityProblem
 from sandbox.solution import CODE, Solution, Status, statuses
 
@@ -66,19 +66,19 @@ class Ledger:
             self.codes[i] = CODE[status]
             self.said[i] = reason if isinstance(reason, str) else reason(int(i))
 
-    def show(self, geometry: Geometry, members: Array | None = None) -> None:
-        """Enter the evidence of `geometry`, which stands for `members` (all if left out)."""
+    def show(self, standing: Standing, members: Array | None = None) -> None:
+        """Enter the evidence of `standing`, of `members` (all if left out)."""
         where = slice(None) if members is None else members
-        for name, values in geometry.evidence.items():
+        for name, values in standing.evidence.items():
             self.evidence[name][where] = values
-        self.threshold[where] = geometry.threshold
+        self.threshold[where] = standing.threshold
 
-    def refuse_by(self, geometry: Geometry) -> None:
-        """Refuse what its geometry forbids: rank, condition (7), a condition (7) nobody can decide."""
-        self.show(geometry)
-        self.refuse(~geometry.full_row_rank, Status.RANK_DEFICIENT, self.rank_words)
-        self.refuse(geometry.singular, Status.CONDITION_SEVEN, self.curvature_words)
-        self.refuse(geometry.unsure, Status.ILL_CONDITIONED, self.unsure_words)
+    def refuse_by(self, standing: Standing) -> None:
+        """Refuse for want of rank, of condition (7), or of a condition (7) that anybody can decide."""
+        self.show(standing)
+        self.refuse(~standing.full_row_rank, Status.RANK_DEFICIENT, self.rank_words)
+        self.refuse(standing.singular, Status.CONDITION_SEVEN, self.curvature_words)
+        self.refuse(standing.unsure, Status.ILL_CONDITIONED, self.unsure_words)
 
     def explain(self, where: Array) -> Geometry:
         """Compute and enter the evidence of the members `where` (B,), which is their order in the geometry returned."""

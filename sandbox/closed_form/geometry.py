@@ -41,49 +41,20 @@ def null_rounding(problem: VelocityProblem, V: Array, N: Array, sigma: Array) ->
     return 2 * np.where(across > 0, across * turn, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """Of a stack of B problems; J = diag(scale) Jeq, with rows of Jeq at most 1, and Jeq = U Sigma V'.
+class Standing:
+    """Whether eq. (6) has an answer, and nobody doubts it: of a whole problem (Geometry), or of N'W alone (eq6_implicit).
 
-    scale (B, m) powers of two; U (B, m, m), sigma (B, min(m, n)), V (B, n, n): row scaling leaves null J alone
-    singular_values (B, min(m, n)) of J itself [unit of J]
-    N (B, n, max(n - m, 0)) orthonormal; curvature (B, n - m) ascending eigenvalues of N'WN
-    size (B,) of W; threshold (B,) below which an eigenvalue of N'WN is an algorithmic singularity;
-    rounding (B,) above that what errors in N can add to it
+    problem : a stack of B; sigma (B, min(m, n)) of J with its rows scaled near one; singular_values of J itself
+    curvature (B, n - m) ascending eigenvalues of N'WN, N orthonormal; threshold (B,) below which one is an algorithmic
+    singularity; rounding (B,) above that what errors in N can add to it
     """
 
     problem: VelocityProblem
-    scale: Array
-    U: Array
     sigma: Array
-    V: Array
     singular_values: Array
-    N: Array
     curvature: Array
-    size: Array
     threshold: Array
     rounding: Array
-
-    @classmethod
-    def of(cls, problem: VelocityProblem) -> Geometry:
-        """Decompose every member of a stack with one leading axis."""
-        m, n = problem.m, problem.n
-        with np.errstate(all="ignore"):
-            scale = power_of_two(np.abs(problem.J).max(axis=-1))
-            Jeq = problem.J / scale[:, :, None]
-            U, sigma, V = svd(Jeq)
-            N = V[:, :, m:]
-            curvature = eigenvalues(symmetric(problem.W.left(N) @ N))
-            size = weight_size(problem, N)
-            threshold = CONDITION_SEVEN * max(n - m, 0) * n * 2 * UNIT * size
-            rounding = null_rounding(problem, V[:, :, :m], N, sigma)
-            singular_values = svd(problem.J)[1]
-        return cls(problem, scale, U, sigma, V, singular_values, N, curvature, size, threshold, rounding)
-
-    def __getitem__(self, members: Array) -> Geometry:
-        """The members an index array names."""
-        parts = {field.name: getattr(self, field.name)[members] for field in fields(self)}
-        return Geometry(**parts)
 
     @property
     def full_row_rank(self) -> Array:
@@ -126,6 +97,49 @@ class Geometry:
             "lambda_max_reduced": self.curvature[:, -1] if k else missing,
             "singular_values": self.singular_values,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry(Standing):
+    """Of a stack of B problems; J = diag(scale) Jeq, with rows of Jeq at most 1, and Jeq = U Sigma V'.
+
+    scale (B, m) powers of two; U (B, m, m), sigma (B, min(m, n)), V (B, n, n): row scaling leaves null J alone
+    singular_values (B, min(m, n)) of J itself [unit of J]
+    N (B, n, max(n - m, 0)) orthonormal; size (B,) of W; the others as in Standing
+    """
+
+    problem: VelocityProblem
+    scale: Array
+    U: Array
+    sigma: Array
+    V: Array
+    singular_values: Array
+    N: Array
+    curvature: Array
+    size: Array
+    threshold: Array
+    rounding: Array
+
+    @classmethod
+    def of(cls, problem: VelocityProblem) -> Geometry:
+        """Decompose every member of a stack with one leading axis."""
+        m, n = problem.m, problem.n
+        with np.errstate(all="ignore"):
+            scale = power_of_two(np.abs(problem.J).max(axis=-1))
+            Jeq = problem.J / scale[:, :, None]
+            U, sigma, V = svd(Jeq)
+            N = V[:, :, m:]
+            curvature = eigenvalues(symmetric(problem.W.left(N) @ N))
+            size = weight_size(problem, N)
+            threshold = CONDITION_SEVEN * max(n - m, 0) * n * 2 * UNIT * size
+            rounding = null_rounding(problem, V[:, :, :m], N, sigma)
+            singular_values = svd(problem.J)[1]
+        return cls(problem, scale, U, sigma, V, singular_values, N, curvature, size, threshold, rounding)
+
+    def __getitem__(self, members: Array) -> Geometry:
+        """The members an index array names."""
+        parts = {field.name: getattr(self, field.name)[members] for field in fields(self)}
+        return Geometry(**parts)
 
     def range_solve(self, v: Array) -> Array:
         """Y (B, m) with J'y = the part of v (B, n) in range J': D^-1 U Sigma^-1 V'v."""

@@ -370,3 +370,39 @@ def test_recursions_want_a_serial_revolute_arm() -> None:
         recursions.chain(robot)
     q, N = np.array([0.3, 0.4]), np.array([[1.0], [2.0]])
     np.testing.assert_allclose(inertia_along(robot, q, N), N.T @ robot.inertia(q), rtol=1e-13)
+
+
+@pytest.mark.parametrize("field, changed", [
+    ("E", {"E": np.ones((0, 2, 3))}), ("E", {"E": np.ones(3)}), ("N", {"N": np.ones((4, 1))}), ("N", {"N": np.ones(3)}),
+    ("gbar", {"gbar": np.ones(3)}), ("gamma", {"gamma": np.ones(3)}), ("gamma", {"gamma": 1.0}),
+])  # fmt: skip
+def test_augmented_jacobian_wants_matching_shapes(field: str, changed: dict) -> None:
+    """E (p, n), N (n, k), gbar (p,) and gamma (p,): each other shape is refused by its name."""
+    given = {"E": np.ones((2, 3)), "N": np.ones((3, 1)), "gbar": np.ones(2), "gamma": np.ones(2)}
+    with pytest.raises(ShapeError, match=f"^{field} "):
+        augmented_along(**{**given, **changed})
+
+
+def test_gamma_left_out_is_one() -> None:
+    """Without gamma N'W and N'a are those of gamma = (1, 1)."""
+    E, N, gbar = np.array([[1.0, 2, 3], [0, 1, -1]]), np.array([[1.0], [2], [-1]]), np.array([0.5, -2.0])
+    NtW, Nta = augmented_along(E, N, gbar)
+    np.testing.assert_array_equal(NtW, N.T @ E.T @ E)
+    np.testing.assert_array_equal(Nta, -(N.T @ E.T) @ gbar)
+
+
+@pytest.mark.parametrize("q", [0.0, np.zeros((0, 3))], ids=["number", "empty"])
+@pytest.mark.parametrize("along", ["plain", "symbolic"])
+def test_directional_derivatives_want_configurations(q: Any, along: str) -> None:
+    """A number is no configuration, and an empty stack holds none: refused by the name of q."""
+    function = {
+        "plain": lambda q, N: plain_along(lambda q: q.sum(axis=-1), q, N),
+        "symbolic": symbolic_along(load("planar_3r"), lambda twin: ca.sum1(twin.q)),
+    }[along]
+    with pytest.raises(ShapeError, match=r"^q "):
+        function(q, np.ones((3, 1)))
+
+
+def test_a_function_may_answer_with_a_list() -> None:
+    """Numbers in a list are as good as an array: N' grad f of f = q1 q2 at (2, 3) along (1, 1) is 5."""
+    np.testing.assert_allclose(plain_along(lambda q: [row[0] * row[1] for row in q], [[2.0, 3.0]], [[1.0], [1.0]]), [[5.0]])

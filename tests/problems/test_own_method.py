@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from problems import robots
 from problems.own_method import read_method
 from problems.robots.planar import PLANAR_3R, PLANAR_4R
 from sandbox.agreement import compare
 from sandbox.errors import InputFileError
 from sandbox.law import rates
+from sandbox.tolerances import UNIT
 
 INERTIA = "def method(robot, q):\n    return robot.inertia(q)\n"
 EXPRESSION = INERTIA + "import casadi as ca\nalpha = 0.3\ndef f(robot, q):\n    return ca.sumsqr(q - 0.2) / 2\n"
@@ -105,6 +109,17 @@ def test_an_asymmetric_reduced_weight_is_refused(tmp_path):
     drawn = own.draw(PLANAR_4R, np.random.default_rng(0), 5)
     with pytest.raises(InputFileError, match="N'WN is not symmetric"):
         own.cast(PLANAR_4R, drawn.q, drawn.xdot)
+
+
+def test_the_example_of_the_readme_runs():
+    """examples/my_method.py moves the Panda: W = M, a = alpha grad f of its CasADi expression."""
+    own = read_method(Path(__file__).parents[2] / "examples" / "my_method.py")
+    panda = robots.load("panda")
+    drawn = own.draw(panda, np.random.default_rng(0), 10)
+    problem = own.cast(panda, drawn.q, drawn.xdot)
+    np.testing.assert_array_equal(problem.W.base, panda.inertia(drawn.q))
+    np.testing.assert_allclose(problem.a, 0.5 * (drawn.q - 0.2), atol=4 * UNIT)
+    assert np.isfinite(rates(own, panda, drawn.q, drawn.xdot)).all()
 
 
 def test_a_missing_file_is_named(tmp_path):

@@ -5,19 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from problems.measures.joint_limits import joint_limits, joint_limits_gradient
-from problems.measures.manipulability import manipulability, manipulability_gradient
 from problems.robots.planar import GRAVITY, PLANAR_3R, PLANAR_4R, planar_arm
 from problems.sets import textbook
 from sandbox.errors import NonFiniteError, RangeError, ShapeError
 from sandbox.tolerances import UNIT
 
 F1, F1B = np.array(textbook.F1.q), np.array(textbook.F1B.q)
-GENERIC = np.array([0.3, 1.1, -0.7])
 LENGTHS, MASSES = (1.0, 0.7, 0.4, 0.9), (2.0, 0.5, 1.5, 0.25)
 UNEVEN = planar_arm(LENGTHS, MASSES, name="uneven")
 ROUNDING = 64 * UNIT  # a dozen operations on numbers of order 10
-PRINTED = 1e-12  # methods.md prints twelve digits
 STEP = 1e-5
 DIFFERENCE = 1e-9  # central differences: STEP^2 truncated, UNIT/STEP rounded
 
@@ -112,29 +108,3 @@ def test_bad_links(lengths, masses, kind, says):
     """Lengths and masses that are no positive numbers, one each per link, are refused by link."""
     with pytest.raises(kind, match=says):
         planar_arm(lengths, masses)
-
-
-def test_manipulability():
-    """Manipulability and its gradient have the printed values at F1, F1b and a generic configuration."""
-    q = np.stack([F1, F1B, GENERIC])
-    J = PLANAR_3R.jacobian(q)
-    np.testing.assert_allclose(manipulability(J), [3**0.5, 5**0.5, 1.456001828397555], atol=PRINTED)
-    slope = manipulability_gradient(J, PLANAR_3R.jacobian_derivative(q))
-    printed = [[0, 0, 0], [0, 0, 5**-0.5], [0, 1.047893942366, 0.176677313279]]
-    np.testing.assert_allclose(slope, printed, atol=PRINTED)
-
-
-def test_joint_limits():
-    """The joint-limit gradient is (0, 1/(3 pi), -1/(12 pi)) at F1 and the derivative of the measure."""
-    upper = np.pi * np.array([1.0, 1.0, 2.0])
-    expected = [0, 1 / (3 * np.pi), -1 / (12 * np.pi)]
-    np.testing.assert_allclose(joint_limits_gradient(F1, -upper, upper), expected, atol=ROUNDING)
-    lower = np.array([-1.0, -0.5, -2.0])
-    slope = gradient(lambda q: joint_limits(q, lower, upper), GENERIC)
-    np.testing.assert_allclose(joint_limits_gradient(GENERIC, lower, upper), slope, atol=DIFFERENCE)
-
-
-def test_joint_limits_the_wrong_way_round():
-    """A lower limit that is not below the upper one is refused."""
-    with pytest.raises(RangeError, match="lower joint limit"):
-        joint_limits_gradient(F1, np.ones(3), np.ones(3))

@@ -92,7 +92,7 @@ def _jacobian(arm: Callable[[Array], Array], q: Array, m: int) -> Array:
 
 def _moved(
     name: str, robot: str, arm: Callable[[Array], Array], q: Array, m: int, weight: Callable[[Array], Array] | None, *,
-    path: str = "circle", cycles: int = 4, steps: int = 60, stopped: str | None = None,
+    path: str = "circle", cycles: int = 4, steps: int = 60, stopped: str | None = None, damping: float | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """A motion by J qdot = xdot with the weight's pseudoinverse, or with sum(q) held where there is none; Heun's steps."""
     radius, closed = 0.25 * np.ptp(arm(q)), path == "circle"
@@ -131,12 +131,22 @@ def _moved(
         arm=np.array([arm(qs[k]) for k in frames]).ravel(), frames=len(frames),
         drift=np.linalg.norm(ends - qs[0], axis=1) if closed else None,
         bracket=0.0 if weight is None else 0.083 if closed else None,
+        singularities=json.dumps(_met(sigma, t, stopped, damping)), share=float(t[-1] / cycles), peak_rate=1.5 + (damping or 0),
+        damping=damping, secondary_error=None if damping is None else 0.19 * damping,
     )  # fmt: skip
+
+
+def _met(sigma: Array, t: Array, stopped: str | None, damping: float | None) -> list[dict[str, Any]]:
+    """One minimum of sigma_min(J); of a motion that stopped, its end too, and of one that shows a damping that alone."""
+    i = int(np.argmin(sigma))
+    near = {"kind": "kinematic", "how": "minimum", "of": "sigma_min(J)", "t": float(t[i]), "value": float(sigma[i])}
+    end = {"kind": "algorithmic", "how": "end", "of": "sigma_min(N'E')", "t": float(t[-1]), "value": 3.3e-8}
+    return [] if damping else [near] * (damping is None) + [end] * (stopped is not None)
 
 
 @cache
 def motions() -> list[dict[str, Any]]:
-    """Rows of records.MOTIONS: planar and spatial arms, laws that drift and one that does not, one stopped early."""
+    """Rows of records.MOTIONS: planar and spatial arms, laws that drift and one that does not, one stopped early; a damping."""
     identity = lambda q: np.eye(len(q))  # noqa: E731
     heavy = lambda q: np.diag(np.arange(len(q), 0.0, -1) ** 2)  # noqa: E731
     three, four = np.array([0.2, 1.3, -1.1]), np.array([0.1, 1.2, -0.9, 0.8])
@@ -150,4 +160,8 @@ def motions() -> list[dict[str, Any]]:
         _moved("inertia", "planar_3r", _planar, three, 2, heavy, cycles=6),
         _moved("inertia", "planar_4r", _planar, four, 2, heavy),
         _moved("integrable", "planar_3r", _planar, three, 2, identity, stopped=why),
+        *(
+            _moved(name, "planar_3r", _planar, three, 2, None, path="into", cycles=1, stopped=end, damping=damping)
+            for name, damping, end in (("transpose", 0.1, None), ("augmented", 0.0, why), ("transpose", 0.01, None))
+        ),
     ]

@@ -7,6 +7,7 @@ import re
 import shutil
 from collections import Counter
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -18,7 +19,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
-from reports import aggregate, cases
+from reports import aggregate, cases, drawing
 from reports.figure import write_drift_figure
 from reports.findings import findings
 from reports.methods import ROOM, mathematics, methods, postures, traced
@@ -167,6 +168,7 @@ def test_cold_against_warm_compares_the_same_solves(run: RunData, report: Report
 def test_a_motion_keeps_its_arrays_and_says_its_extremes(sections: dict[str, Any]) -> None:
     """Shapes as stored; largest error, least eigenvalues, drift after the first and the last cycle; null where not closed."""
     told = {(row["method"], row["robot"], row["path"]): row for row in synthetic_motions()}
+    damped = {key for key, row in told.items() if row["damping"] is not None}
     for section in sections.values():
         for motion in section["motions"]:
             row = told.pop((section["name"], motion["robot"], motion["path"]))
@@ -176,8 +178,58 @@ def test_a_motion_keeps_its_arrays_and_says_its_extremes(sections: dict[str, Any
             assert np.isnan(motion["lambda_min_reduced"][3]) and motion["lambda"] == np.nanmin(row["lambda_min_reduced"])
             ends = row["drift"] if row["drift"] is not None and len(row["drift"]) else [None]
             assert (motion["first"], motion["last"]) == (ends[0], ends[-1])
-    assert told == {}
+    assert set(told) == damped  # they are in the table of what damping costs
     assert sections["augmented"]["drift"] < 1e-3 < 0.05 < sections["gradient_projection"]["drift"]
+
+
+def test_singularities_have_a_line_each(sections: dict[str, Any], report: Report) -> None:
+    """Every singularity of every motion, in the letters of the page; the table counts them."""
+    text = report.page.read_text(encoding="utf-8")
+    part = text[text.index('id="methods"') : text.index('id="which"')]
+    told = [json.loads(row["singularities"]) for row in synthetic_motions()]
+    lines = re.findall(r"<li>([^\n]*) at t = ([\d.]+) s", part)
+    assert len(lines) == sum(map(len, told)) == 9
+    assert sorted(float(t) for _, t in lines) == sorted(round(one["t"], 4) for own in told for one in own)
+    (end,) = [words for words, _ in lines if words.startswith("planar_3r, circle: algorithmic")]
+    assert end.endswith("σ<sub>min</sub>(NᵀEᵀ) = 3.3e−8") and "at the end of the motion" in part
+    for section in sections.values():
+        for motion in section["motions"]:
+            assert len(motion["singularities"]) == (2 if motion["stopped"] else 1)
+
+
+def test_damping_has_a_table_of_its_own(sections: dict[str, Any], report: Report) -> None:
+    """Undamped first, in the part of the method that damps; linked from the other; neither part's overview knows of it."""
+    assert [section["name"] for section in sections.values() if section["costs"]] == ["transpose"]
+    (cost,) = sections["transpose"]["costs"]
+    assert [(one["method"], one["damping"]) for one in cost["motions"]] == [
+        ("augmented", 0.0), ("transpose", 0.01), ("transpose", 0.1),
+    ]  # fmt: skip
+    linked = {name: [one["name"] for one in section["damped_in"]] for name, section in sections.items()}
+    assert {name: others for name, others in linked.items() if others} == {"augmented": ["transpose"]}
+    assert sections["transpose"]["motions"] == [] and sections["transpose"]["bracket"] is None
+    assert len(sections["augmented"]["motions"]) == 1 and sections["augmented"]["stopped"] == 0
+    text = report.page.read_text(encoding="utf-8")
+    part = text[text.index("What damping costs</strong>") :]
+    rows = [re.sub(r"<[^>]*>", "|", row) for row in re.findall(r"<tr>.*?</tr>", part[: part.index("</table>")], re.DOTALL)[1:]]
+    assert [row.split("|")[2] for row in rows] == ["0", "0.010", "0.10"]
+    for row, words in zip(rows, ("|1.5|", "|1.9e−3|", "|0.019|"), strict=True):
+        assert words in row
+    assert "after " in rows[0] and "N&#39;WN is not positive definite" in rows[0] and "|100 %|" in rows[1]
+    assert f'<a href="#method-{sections["transpose"]["place"]}">Jacobian transpose</a>.</p>' in text
+    # the undamped motion rises out of the drawing, and ends where it stopped
+    assert len(re.findall(r'class="c\d w"', cost["drawing"])) == 3 and "1.5 at damping 0;" in cost["drawing"]
+
+
+def test_a_damping_without_an_undamped_motion_is_shown(small: Path) -> None:
+    """Of one method alone, at one damping, along two paths: a table each, at home with it."""
+    row = next(row for row in synthetic_motions() if row["damping"] == 0.1)
+    table = pa.Table.from_pylist([row, row | {"path": "elsewhere", "qdot": None, "t": None}], schema=MOTIONS)
+    write_parquet(table, small / "motions" / "part-0.parquet")
+    data = RunData(small)
+    section = next(one for one in methods(data) if one["name"] == "transpose")
+    data.close()
+    assert [cost["title"] for cost in section["costs"]] == ["planar_3r, elsewhere", "planar_3r, into"]
+    assert section["costs"][0]["drawing"] == "" and section["costs"][1]["drawing"] and section["damped_in"] == []
 
 
 def test_the_drift_figure_takes_the_arms_whose_hand_is_back(sections: dict[str, Any]) -> None:
@@ -202,22 +254,27 @@ def test_drawings_share_the_room_by_turns(run: RunData) -> None:
     ]
     assert sum(map(sum, sizes)) < ROOM and all(section["undrawn"] == 0 for section in whole)
     firsts = [own for own in sizes if own]
-    tight = methods(run, room=sum(max(own) for own in firsts))
+    costs = sum(len(cost["drawing"].encode()) for section in whole for cost in section["costs"])
+    assert costs > 0
+    tight = methods(run, room=costs + sum(max(own) for own in firsts))
     assert all(section["undrawn"] < len(section["motions"]) for section in tight if section["motions"])
     assert sum(section["undrawn"] for section in tight) > 0
     none = methods(run, room=0)
     assert [section["undrawn"] for section in none] == [len(section["motions"]) for section in none]
+    assert [cost["drawing"] for section in none for cost in section["costs"]] == [""]
 
 
 def test_many_motions_keep_the_page_small(tmp_path: Path) -> None:
     """Two hundred motions of long paths: the drawings stay within their room, the tables list all."""
     write_run(tmp_path / "run", scale=0.03, backends=("osqp",), default=False)
     rows = [row | {"robot": f"{row['robot']}_{k}"} for k in range(30) for row in synthetic_motions()]
+    rows[0] |= {"singularities": json.dumps(400 * json.loads(rows[0]["singularities"]))}
     write_parquet(pa.Table.from_pylist(rows, schema=MOTIONS), tmp_path / "run" / "motions" / "part-0.parquet")
     text = write_report(tmp_path / "run", tmp_path / "page.html").read_text(encoding="utf-8")
     drawn = re.findall(r'<svg class="drawing".*?</svg>', text, re.DOTALL)
     assert 100 < len(drawn) and 0.8 * ROOM < sum(len(svg.encode()) for svg in drawn) <= ROOM
     assert "stand in the table and in the run folder alone" in text and "planar_<wbr>3r_<wbr>29" in text
+    assert "380 more, in the run folder" in text
 
 
 def test_the_page_shows_every_part_of_a_method(report: Report) -> None:
@@ -232,7 +289,7 @@ def test_the_page_shows_every_part_of_a_method(report: Report) -> None:
     ):  # fmt: skip
         assert words in part, words
     drawn = re.findall(r'<svg class="drawing".*?</svg>', part, re.DOTALL)
-    assert len(drawn) == 33
+    assert len(drawn) == 34
     for svg in drawn:
         root = ElementTree.fromstring(svg)
         assert root[0].tag == "title" and root[1].tag == "desc" and len(root[1].text or "") > 5
@@ -280,7 +337,11 @@ def test_a_study_without_cards_goes_by_the_names(small: Path, tmp_path: Path) ->
     [
         ("motions", MOTIONS, {"q": [1.0] * 7}, "gradient_projection on planar_3r along circle: q has 7 numbers"),
         ("motions", MOTIONS, {"frames": 4}, "arm has .* numbers, which do not fit 3 joints and 4 frames"),
-        ("motions", MOTIONS, {"hand": [0.0] * 6}, "t, q and hand have different lengths"),
+        ("motions", MOTIONS, {"hand": [0.0] * 6}, "t, q, qdot and hand have different lengths"),
+        ("motions", MOTIONS, {"qdot": [0.0] * 6}, "t, q, qdot and hand have different lengths"),
+        ("motions", MOTIONS, {"singularities": "[{"}, "singularities of gradient_projection on planar_3r along circle are no"),
+        ("motions", MOTIONS, {"singularities": '{"kind": 1}'}, "singularities of gradient_projection .* are no JSON of {kind,"),
+        ("motions", MOTIONS, {"singularities": '[{"kind": "kinematic"}]'}, "singularities of gradient_projection .*'how'"),
         ("methods", METHODS, {"refusals": "{oops"}, "refusals of gradient_projection are no JSON"),
         ("methods", METHODS, {"refusals": "[1, 2]"}, "refusals of gradient_projection are no JSON"),
     ],
@@ -296,6 +357,7 @@ def test_a_spoiled_study_is_named(small: Path, kind: str, schema: pa.Schema, cha
 def test_arrays_may_be_null(small: Path, tmp_path: Path) -> None:
     """A motion that stopped before its first step has a line in the table and no drawing of what it lacks."""
     lists = ("t", "q", "qdot", "hand", "task_error", "lambda_min_reduced", "sigma_min_J", "arm", "drift")
+    lists += ("singularities", "share", "peak_rate", "secondary_error")
     respoiled(small, "motions", MOTIONS, **dict.fromkeys(lists), frames=None, cycles=None, stopped="at once")
     text = write_report(small, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "at once" in text
@@ -321,6 +383,39 @@ def test_the_drift_figure_is_one_file(report: Report, tmp_path: Path) -> None:
     assert every.count('class="h"') == 3
     alone = write_drift_figure(report.run, tmp_path / "c.svg").read_text(encoding="utf-8")
     assert alone.count('class="h"') == 1  # the first closed path is the Panda's
+
+
+def test_titles_of_the_drift_figure_stay_in_their_panels(report: Report) -> None:
+    """Two lines at most and notes on one line; what is in brackets at the end goes first; many panels make a wider figure."""
+    arm, hand = np.zeros((2, 3, 3)) + np.arange(3.0)[:, None] * [1, 0.5, 0], np.array([[0.0, 0, 0], [1, 1, 0]])
+    titles = ["Inertia-weighted (Khatib's dynamically consistent inverse)", "Short (so)", "W" * 60, "Two words " * 9]
+    panels = [drawing.Cycles(title, "drift in cycle 1: 0.13 rad", arm, hand, np.array([0.3, 0.1])) for title in titles]
+    for count in (2, 4, 23):
+        svg = drawing.drift_figure((panels * 6)[:count])
+        width = float(re.search(r'viewBox="0 0 ([\d.]+)', svg)[1])  # type: ignore[index]
+        heads = [(float(x), words) for x, words in re.findall(r'class="h" x="([\d.]+)" y="\d+">([^<]+)<', svg)]
+        places = sorted({x for x, _ in heads})
+        each = min([b - a for a, b in pairwise(places)] + [width - places[-1]])
+        assert len(places) == count and each >= 110
+        assert all(drawing._BOLD * len(words) <= each + drawing._BOLD for _, words in heads)
+        assert max(Counter(x for x, _ in heads).values()) <= 2
+        assert len(set(re.findall(r'y="([\d.]+)">drift in', svg))) == 1
+    four = drawing.drift_figure(panels)
+    assert ">Inertia-weighted<" in four and "Khatib" not in four.split("</desc>")[1] and ">Short (so)<" in four
+    assert "Khatib" in drawing.drift_figure(panels[:1]).split("</desc>")[1]
+
+
+def test_the_last_drift_is_written_above_the_dots(report: Report) -> None:
+    """Its number stands above every dot below it, and ends inside the panel; a legend names what is drawn."""
+    for values in ([0.3, 0.2, 0.1], [0.1, 0.2, 0.3], [1e-13] * 3):
+        svg = drawing.drift(np.array(values), title="t", about="a")
+        x, y, words = re.search(r'class="n e" x="([\d.]+)" y="([\d.]+)">([^<]+)<', svg).groups()  # type: ignore[union-attr]
+        dots = [tuple(map(float, at)) for at in re.findall(r'class="\w+ d" d="M([\d.]+) ([\d.]+)h0', svg)]
+        assert words == drawing._number(values[-1]) and float(x) <= 170
+        assert all(float(y) < dot[1] - 3.5 for dot in dots if dot[0] > float(x) - 6 * len(words))
+    legend = drawing.drift_figure([drawing.Cycles("a", "b", np.zeros((1, 2, 3)), np.zeros((0, 3)), np.array([0.1, 0.2]))])
+    assert all(f">{words}<" in legend for words in ("joints at the start", "after each cycle", "path of the hand"))
+    assert len(re.findall(r'class="d s\d"', legend)) == 2
 
 
 def test_a_figure_of_nothing_is_refused(report: Report, tmp_path: Path) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from sandbox.errors import RangeError, UnknownNameError
+from sandbox import cli
+from sandbox.errors import InputFileError, RangeError, UnknownNameError
 from sandbox.implicit_study import (
     COUNTS,
     ROWS,
@@ -174,3 +176,19 @@ def test_the_arms_are_what_they_say() -> None:
         assert (arm(family, 9).m, arm(family, 9).n) == (m, 9)
     assert (np.asarray(arm("spatial", 9).model.armature) > 0).all()
     assert np.count_nonzero(arm("spatial", 9).bodies()[0][3]) == 9
+
+
+def test_the_command_prints_the_rows(capsys: pytest.CaptureFixture[str]) -> None:
+    """`sandbox implicit` prints the counts of the study, form after form, as a table or as JSON; --sizes are whole numbers."""
+    cli.implicit(sizes="3", as_json=True)
+    rows = json.loads(capsys.readouterr().out)
+    assert list(dict.fromkeys(row["form"] for row in rows)) == ["inertia", "augmented", "gradient", "black_box"]
+    cli.implicit(sizes="3")
+    lines = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    explicit, implicit = (
+        rows[0][f"{side}_multiplications"] + rows[0][f"{side}_additions"] for side in ("explicit", "implicit")
+    )
+    assert lines[0][1:14:2] == ["inertia", "planar", "3", "1", str(explicit), str(implicit), f"{rows[0]['saved']:.0%}"]
+    assert len(lines) == len(rows)
+    with pytest.raises(InputFileError, match="whole numbers"):
+        cli.implicit(sizes="3,x")

@@ -322,7 +322,7 @@ def test_bad_starts_paths_and_parameters_are_refused() -> None:
         follow(PINV, PLANAR_3R, load("circle", plane="xz"), F1)
     with pytest.raises(UnknownNameError, match="plain law"):
         follow(pinv, PLANAR_3R, circle, F1, alpha=1.0)
-    with pytest.raises(TypeError):
+    with pytest.raises(UnknownNameError, match="'alpha'; there are: E, gamma, gbar"):
         follow(AUGMENTED, PLANAR_3R, circle, F1, alpha=1.0)
 
 

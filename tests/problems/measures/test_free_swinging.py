@@ -161,3 +161,12 @@ def test_nothing_swings():
     """Weights that are all zero leave nothing to measure."""
     with pytest.raises(WeightlessError):
         swing_angle(PLANAR_3R, weights=np.zeros(3))
+
+
+@pytest.mark.parametrize("length", [1e-6, 1e6])
+def test_size_of_the_arm(length):
+    """An arm of micrometres or of a thousand kilometres swings by the same angles as one of metres."""
+    q = np.array([0.3, 1.1, -0.7])
+    f, g = swing_angle(planar_arm([length] * 3)), swing_angle(PLANAR_3R)
+    np.testing.assert_allclose(f.value(planar_arm([length] * 3), q), g.value(PLANAR_3R, q), rtol=1e-12)
+    np.testing.assert_allclose(f.gradient(planar_arm([length] * 3), q), g.gradient(PLANAR_3R, q), rtol=1e-10)

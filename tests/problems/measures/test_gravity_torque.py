@@ -84,3 +84,9 @@ def test_negative_mass():
     """A link of negative mass makes no robot at all."""
     with pytest.raises(RangeError, match="mass"):
         changed(mass=-1.0)
+
+
+def test_light_robot():
+    """Grams in a gravity of a centimetre per second squared ask torque all the same: f = 9 (m g0)^2 at F1."""
+    light = changed(mass=1e-3, gravity=0.01)
+    np.testing.assert_allclose(gravity_torque(light).value(light, F1), 9 * (1e-3 * 0.01) ** 2, rtol=256 * UNIT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from problems.measures.joint_limits import barrier, joint_limits, joint_limits_gradient, p_norm, quadratic
+from problems.measures.joint_limits import barrier, p_norm, quadratic
 from problems.measures.measure import NotDifferentiableError, OutsideDomainError
 from problems.robots.planar import PLANAR_3R
 from problems.sets import textbook
@@ -41,12 +41,12 @@ def test_p_norm_nears_the_largest():
         assert (value >= largest * (1 - ROUNDING)).all() and (value <= 3 ** (1 / p) * largest * (1 + ROUNDING)).all()
 
 
-def test_plain_functions_agree():
-    """The plain functions of limits and the measure are one."""
-    q, limit = np.random.default_rng(1).uniform(-2.5, 2.5, (20, 3)), np.full(3, 2.75)
+def test_quadratic_written_out():
+    """H = 1/n sum x_i^2 and dH/dq_i = 2/n x_i/r, x_i = q_i/r, r the half range of the robot's own limits."""
+    q, r = np.random.default_rng(1).uniform(-2.5, 2.5, (20, 3)), 2.75
     f = quadratic(PLANAR_3R)
-    np.testing.assert_allclose(f.value(PLANAR_3R, q), joint_limits(q, -limit, limit), rtol=ROUNDING)
-    np.testing.assert_allclose(f.gradient(PLANAR_3R, q), joint_limits_gradient(q, -limit, limit), rtol=ROUNDING)
+    np.testing.assert_allclose(f.value(PLANAR_3R, q), ((q / r) ** 2).sum(axis=-1) / 3, rtol=ROUNDING)
+    np.testing.assert_allclose(f.gradient(PLANAR_3R, q), 2 / 3 * q / r**2, rtol=ROUNDING)
 
 
 @MEASURES

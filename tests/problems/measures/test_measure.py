@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from inspect import signature
+
 import casadi as ca
 import numpy as np
 import pytest
 
+from problems.measures import MEASURES, load
 from problems.measures import measure as module
 from problems.measures.measure import symbolic
 from problems.measures.posture import posture
 from problems.robots.planar import PLANAR_3R
-from sandbox.errors import NonFiniteError, ShapeError
+from sandbox.errors import NonFiniteError, RangeError, ShapeError, UnknownNameError
 
 
 def test_compiled_when_asked_for(monkeypatch):
@@ -54,3 +57,28 @@ def test_non_finite_parameter():
     """A target that is not finite is refused where it is given."""
     with pytest.raises(NonFiniteError, match="posture"):
         posture([0.0, np.nan, 0.0])
+
+
+def test_measures_by_name():
+    """Each row of the table makes its measure by name; the posture left out is zero, and one given is used."""
+    q = np.array([0.3, 1.1, -0.7])
+    for name, row in MEASURES.items():
+        given = {"obstacle": np.array([0.5, 0.0, 0.0]), "reach": 1.0} if "obstacle" in signature(row.factory).parameters else {}
+        assert np.isfinite(load(name, PLANAR_3R, **given).value(PLANAR_3R, q)), name
+        assert row.name == name
+    assert load("posture", PLANAR_3R).value(PLANAR_3R, q) == pytest.approx(q @ q / 2)
+    assert load("posture", PLANAR_3R, target=q - 1).value(PLANAR_3R, q) == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize("name, parameter", [("posture", "targets"), ("manipulability", "target"), ("kfm", "fails")])
+def test_unknown_parameter(name, parameter):
+    """A parameter that the measure does not take is refused with those it does, or none."""
+    known = "target" if name == "posture" else "none" if name == "manipulability" else "failures"
+    with pytest.raises(UnknownNameError, match=rf"no parameter of {name} is called '{parameter}'; there are: .*{known}"):
+        load(name, PLANAR_3R, **{parameter: 1})
+
+
+def test_measure_that_needs_more():
+    """The obstacle potential without an obstacle is refused by what it lacks."""
+    with pytest.raises(RangeError, match="obstacle_potential is no measure without obstacle and reach"):
+        load("obstacle_potential", PLANAR_3R)

@@ -184,7 +184,7 @@ def test_refuses_an_algorithmic_singularity():
     assert E[0] @ NULL == 0
     with pytest.raises(AlgorithmicSingularityError, match="configuration 2 of planar_3r: sigma_min") as refusal:
         cast(PLANAR_3R, q, np.ones((3, 2)), E=E)
-    assert refusal.value.evidence["index"] == 2
+    assert refusal.value.evidence["index"] == (2,)
 
 
 def test_refuses_a_function_without_gradient():

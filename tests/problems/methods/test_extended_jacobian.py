@@ -240,7 +240,7 @@ def test_refuses_a_start_off_the_manifold():
     q = np.vstack([F1, [[0.2, 1.1, -0.6]]])
     with pytest.raises(OffManifoldError, match=r"configuration 1 of planar_3r.*extremum_feedback") as refusal:
         cast(PLANAR_3R, q, np.ones((2, 2)), rest=Q0)
-    assert refusal.value.evidence["index"] == 1
+    assert refusal.value.evidence["index"] == (1,)
     cast(PLANAR_3R, q, np.ones((2, 2)), rest=Q0, tolerance=np.inf)
 
 

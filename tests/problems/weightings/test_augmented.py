@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from problems import robots
+from problems.measures.jacobian import decompose
 from problems.methods.draw import generic
 from problems.robots.planar import PLANAR_3R
 from problems.weightings.augmented import (
@@ -15,7 +16,6 @@ from problems.weightings.augmented import (
     check_rows,
     clear,
     closed_loop,
-    decompose,
     positive,
     redundancy,
     secondary_rate,
@@ -81,7 +81,8 @@ def test_decomposition_spans_null_space_and_range():
     panda = robots.load("panda")
     q, _, _ = generic(panda, np.random.default_rng(1), 20)
     J = panda.jacobian(q)
-    U, V, N, sigma = decompose(panda, J)
+    found = decompose(panda, J)
+    U, V, N, sigma = found.U, found.V, found.N, found.sigma
     both = np.concatenate([V, N], axis=2)
     np.testing.assert_allclose(np.swapaxes(both, 1, 2) @ both, np.broadcast_to(np.eye(7), (20, 7, 7)), rtol=0, atol=1e-14)
     np.testing.assert_allclose((U * sigma[:, None, :]) @ np.swapaxes(V, 1, 2), J, rtol=0, atol=1e-14)
@@ -108,6 +109,6 @@ def test_refusals_name_robot_and_configuration():
     """A lost rank and a missing redundancy."""
     with pytest.raises(RankDeficientError, match="configuration 1 of planar_3r") as refusal:
         decompose(PLANAR_3R, PLANAR_3R.jacobian(np.vstack([F1, np.zeros(3)])))
-    assert refusal.value.evidence["index"] == 1
+    assert refusal.value.evidence["index"] == (1,)
     with pytest.raises(NotRedundantError, match="planar_3r"):
         redundancy(PLANAR_3R.task("planar pose"))

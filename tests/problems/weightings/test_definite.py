@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from problems.weightings.definite import definite, scattered
-from sandbox.errors import WeightNotPositiveDefiniteError
+from problems.methods.draw import scattered
+from problems.weightings.definite import definite, positive_definite
+from sandbox.errors import AsymmetricWeightError, NonFiniteError, ShapeError, WeightNotPositiveDefiniteError
 
 
 def test_scattered_matrices_are_positive_definite_and_symmetric():
@@ -40,4 +41,24 @@ def test_refused_with_evidence(A, words):
     with pytest.raises(WeightNotPositiveDefiniteError, match=words) as caught:
         definite(np.stack([np.eye(2), A]), "A", "way out")
     assert caught.value.evidence["index"] == (1,)
-    assert "configuration [1]" in str(caught.value) and str(caught.value).endswith("way out")
+    assert "at configuration 1: " in str(caught.value) and str(caught.value).endswith("way out")
+
+
+def test_refusal_names_the_member():
+    """Of a stack, the first that fails."""
+    stack = np.stack([np.eye(2), np.diag([1.0, -1.0])])
+    with pytest.raises(WeightNotPositiveDefiniteError, match=r"K is not positive definite at configuration 1"):
+        positive_definite(stack, "K", 2)
+
+
+def test_small_is_not_singular():
+    """Eigenvalues apart by 1e12 are still positive definite: only rounding is refused."""
+    np.testing.assert_array_equal(positive_definite([1.0, 1e-12], "K", 2), np.diag([1.0, 1e-12]))
+
+
+def test_refuses_what_is_no_symmetric_matrix_of_numbers():
+    """Wrong size, asymmetric, not finite: the field is named."""
+    for error, values in ((ShapeError, np.ones(3)), (ShapeError, np.eye(3)), (AsymmetricWeightError, [[1.0, 1], [0, 1]]),
+                          (NonFiniteError, [np.nan, 1.0])):  # fmt: skip
+        with pytest.raises(error, match="K"):
+            positive_definite(values, "K", 2)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from problems.methods.draw import scattered
 from problems.robots.planar import PLANAR_3R
-from problems.weightings.definite import scattered
 from problems.weightings.stiffness import (
     ComplianceAsPrinted,
     JointCompliance,

@@ -35,7 +35,7 @@ def test_diagonal_matrix_and_stack():
     "weight, error, words",
     [
         (np.diag([-1.0, 1, 1]), WeightNotPositiveDefiniteError, r"eq. \(6\) asks for N'WN > 0 alone"),
-        ([1, 2], ShapeError, r"must be \(3,\), \(3, 3\)"),
+        ([1, 2], ShapeError, r"\(2,\); it must be a number, \(3,\), \(3, 3\)"),
         (np.eye(3)[None].repeat(3, axis=0), ShapeError, "stacks do not agree"),
         ([[1, 0.8, 0], [0, 2, -0.5], [0.3, 0, 3]], AsymmetricWeightError, "must be symmetric"),
         ([1, np.nan, 1], NonFiniteError, "must be finite"),

@@ -383,3 +383,50 @@ def test_planted_faults_leave_the_bound(fault: str, manufactured: Callable, exac
     x = exact(problem)[0]
     error = np.abs(found.x - x).max(axis=1) / reach(problem, x)
     assert not (error <= bound_of(problem, N)).any()
+
+
+def test_the_bound_holds_the_condition_of_what_is_solved(manufactured: Callable) -> None:
+    """It is never below 50 n u times the 2-norm condition of the row-equilibrated [J; N'W]; of a stack it is its members'."""
+    problem = manufactured(np.random.default_rng(4), 5, 3, 12, positive=True, cond_J=4)
+    N = null_basis.orthonormal(problem.J)
+    A = np.concatenate([problem.J, problem.W.left(N)], axis=1)
+    A /= np.linalg.norm(A, axis=2, keepdims=True)
+    bound = bound_of(problem, N)
+    assert (bound > FORWARD * 5 * UNIT * np.linalg.cond(A) / np.sqrt(5)).all()
+    alone = [implicit_bound(one.J, N[i], one.W.left(N[i]), size=np.linalg.norm(one.W.dense())) for i, one in enumerate(problem)]
+    np.testing.assert_allclose(bound, alone, rtol=1e-9)
+
+
+def test_a_size_that_n_w_outgrows_changes_nothing() -> None:
+    """Size 0 is no error: N'W shows at least its own size, and stands for W."""
+    given = {"J": J1, "xdot": [1.0, 1.0], "N": N1, "NtW": N1.T @ W1, "Nta": [0.0]}
+    np.testing.assert_array_equal(eq6_implicit(**given, size=0.0).x, eq6_implicit(**given).x)
+
+
+def test_a_basis_counts_as_one_up_to_a_thousand_roundings() -> None:
+    """A column of N that J turns into 1800 u of itself is taken for a null vector, one of 2200 u is not."""
+    J = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    for off, taken in ((1800 * UNIT, True), (2200 * UNIT, False)):
+        N = np.array([[off], [0.0], [1.0]])
+        if taken:
+            assert eq6_implicit(J, [1.0, 1.0], N, N.T, [0.0]).status is Status.SOLVED
+        else:
+            with pytest.raises(NullBasisError):
+                eq6_implicit(J, [1.0, 1.0], N, N.T, [0.0])
+
+
+def test_a_basis_that_is_nearly_dependent_leaves_condition_seven_open() -> None:
+    """With W = I but columns of N 1e-7 apart, N'WN shows no eigenvalue beyond rounding times cond(N)^2: refused as (7)."""
+    J, W = np.array([[0.0, 0.0, 1.0]]), np.diag([1.0, 1e-2, 1.0])
+    for apart, status in ((1e-3, Status.SOLVED), (1e-7, Status.CONDITION_SEVEN)):
+        N = np.array([[1.0, 1.0], [0.0, apart], [0.0, 0.0]])
+        assert eq6_implicit(J, [1.0], N, N.T @ W, [0.0, 0.0]).status is status
+
+
+@pytest.mark.parametrize("basis", BASES)
+def test_bases_of_square_and_empty_jacobians(basis: str) -> None:
+    """With n = m the basis has no columns; an empty stack, and J without rows, are refused."""
+    assert BASES[basis](np.stack([np.eye(3), 2 * np.eye(3)])).shape == (2, 3, 0)
+    for J in (np.zeros((0, 2, 3)), np.zeros((0, 3))):
+        with pytest.raises(ShapeError, match=r"^J "):
+            BASES[basis](J)
