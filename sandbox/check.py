@@ -59,7 +59,7 @@ def real(values: Any, field: str) -> Array:
         raise NonFiniteError(f"{_entry(field, at)} is masked; every entry must be given", field=field, index=at)
     try:
         given = np.asarray(values)
-    except ValueError as error:  # ragged nesting
+    except Exception as error:  # ragged nesting, or an object's own __array__
         raise ShapeError(f"{field} is no rectangular array: {line(error)}", field=field) from error
     if given.ndim > MOST_AXES:
         raise ShapeError(f"{field} has {given.ndim} axes; at most {MOST_AXES} are possible", field=field)

@@ -170,8 +170,11 @@ def _range(values: Array) -> str | None:
 
 def _secondary(motion: Motion, method: Method, robot: Robot, duration: float, parameters: Mapping[str, Any]) -> float | None:
     try:
+        E = method.cast(robot, motion.q[:1], motion.xdot[:1], **parameters).W.E
+        if E is None or E.shape[-2] > robot.n - robot.m:  # more rows than self-motions are a weight, not tasks to be held
+            return None
         return price(motion, method, robot, duration, **parameters).secondary_error
-    except SandboxError:  # the method has no secondary functions, or its cast refuses a sample
+    except SandboxError:  # the cast refuses a sample
         return None
 
 

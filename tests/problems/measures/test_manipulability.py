@@ -7,12 +7,12 @@ import pytest
 
 from problems.measures.manipulability import log_volume, volume
 from problems.measures.measure import NotDifferentiableError
-from problems.measures.singular_value import smallest_singular_value
+from problems.measures.singular_value import require_simple, smallest_singular_value
 from problems.robots import load
 from problems.robots.planar import PLANAR_3R, PLANAR_4R, planar_arm
 from problems.sets import textbook
 from sandbox.errors import RankDeficientError
-from sandbox.tolerances import UNIT
+from sandbox.tolerances import SIMPLE, UNIT
 
 F1, F1B = np.array(textbook.F1.q), np.array(textbook.F1B.q)
 GENERIC = np.array([0.3, 1.1, -0.7])
@@ -124,3 +124,12 @@ def test_one_task_row():
     for f in (volume(), smallest_singular_value()):
         assert abs(f.value(panda, q) - length) <= ROUNDING * length
     np.testing.assert_allclose(volume().gradient(panda, q), smallest_singular_value().gradient(panda, q), atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_simple_is_told_by_shares(size):
+    """Singular values apart by twice, or half, the share that counts: told so in any unit of J, and in any member."""
+    simple, double = size * np.array([1.0, 0.5 + 2 * SIMPLE, 0.5]), size * np.array([1.0, 0.5 + SIMPLE / 2, 0.5])
+    require_simple(PLANAR_3R, np.stack([simple, simple]), "sigma")
+    with pytest.raises(NotDifferentiableError, match="configuration 1"):
+        require_simple(PLANAR_3R, np.stack([simple, double]), "sigma")

@@ -82,3 +82,11 @@ def test_measure_that_needs_more():
     """The obstacle potential without an obstacle is refused by what it lacks."""
     with pytest.raises(RangeError, match="obstacle_potential is no measure without obstacle and reach"):
         load("obstacle_potential", PLANAR_3R)
+
+
+def test_parameters_are_vectors():
+    """A parameter that is one number says nothing of which joint it is for: refused, the posture by its name."""
+    with pytest.raises(ShapeError, match="parameter of f is one number"):
+        symbolic("f", "1", "sine", "here", lambda twin, p: p * twin.q[0], parameters=(0.5,))
+    with pytest.raises(ShapeError, match="posture"):
+        posture(0.5)

@@ -7,7 +7,7 @@ import pytest
 
 from problems.measures.obstacle import ContactError, distances, inner_ends, nearest, obstacle_potential
 from problems.robots import load
-from problems.robots.planar import PLANAR_3R, PLANAR_4R
+from problems.robots.planar import PLANAR_3R, PLANAR_4R, planar_arm
 from problems.sets import textbook
 from sandbox.errors import RangeError, ShapeError
 from sandbox.tolerances import UNIT
@@ -118,3 +118,9 @@ def test_contact_tolerance_is_rounding():
     """A hundred roundings off contact is off contact."""
     near = (1.0, 1.0 + 2e4 * UNIT, 0.0)
     assert distances(PLANAR_3R, F1, near, END)[0] > 0
+
+
+def test_an_arm_without_inner_ends_has_no_critical_points():
+    """One link from base to hand: which points are to keep clear must be said."""
+    with pytest.raises(ShapeError, match="critical points"):
+        inner_ends(planar_arm([1.0]))

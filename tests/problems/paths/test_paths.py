@@ -132,3 +132,62 @@ def test_the_singular_paths_meet_what_they_are_named_for() -> None:
     assert np.linalg.norm(wrist) == pytest.approx(2.0, abs=8 * UNIT)
     rows = np.vstack([PLANAR_3R.jacobian(start), np.ones(3)])
     assert np.linalg.det(rows) == pytest.approx(np.sin(start[1]), abs=16 * UNIT)
+
+
+@pytest.mark.parametrize("wrong", ["double", "opposite", "still", "second side", "slightly"])
+def test_a_velocity_that_is_not_the_derivative_is_refused(wrong: str) -> None:
+    """Twice the velocity, its opposite, none, one wrong after a corner only, or a thousandth off: each is refused."""
+    bent = load("square", side=0.4, duration=4.0)
+    factor = {"double": 2.0, "opposite": -1.0, "still": 0.0, "second side": 1.0, "slightly": 1.001}[wrong]
+
+    def velocity(t: np.ndarray) -> np.ndarray:
+        late = (np.asarray(t) >= 1) & (np.asarray(t) < 2) & (wrong == "second side")
+        return bent.velocity(t) * np.where(late, 0.5, factor)[..., None]
+
+    given = {"name": "mine", "duration": 4.0, "displacement": bent.displacement, "closed": True, "corners": bent.corners}
+    Path(**given, velocity=bent.velocity)
+    with pytest.raises(RangeError, match="velocity of mine is not the derivative"):
+        Path(**given, velocity=velocity)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_closing_is_a_share_of_the_path(size: float) -> None:
+    """A millionth of its size off makes a path open and its start wrong, a rounding does not, be it a micrometre or a world."""
+    eight = load("figure_eight", size=size)
+    ahead = np.array([size, 0.0, 0.0])
+
+    def off(by: float, ramp: bool) -> Path:
+        def displacement(t: np.ndarray) -> np.ndarray:
+            return eight.displacement(t) + by * ahead * (np.asarray(t)[..., None] / 4 if ramp else 1.0)
+
+        def velocity(t: np.ndarray) -> np.ndarray:
+            return eight.velocity(t) + (by / 4 * ahead if ramp else 0.0)
+
+        return Path(name="mine", duration=4.0, displacement=displacement, velocity=velocity, closed=True)
+
+    off(1e-15, True), off(1e-15, False)
+    with pytest.raises(RangeError, match="said to be closed"):
+        off(1e-6, True)
+    with pytest.raises(RangeError, match="must start there"):
+        off(1e-6, False)
+
+
+def test_size_and_options_by_name() -> None:
+    """A size is the curve's own, told apart from its other options; an option that is none, or the size again, is refused."""
+    for name, option in SIZES.items():
+        t = np.linspace(0.0, 1.0, 5)
+        np.testing.assert_array_equal(load(name, 0.3).displacement(t), load(name, **{option: 0.3}).displacement(t))
+        for size, unknown in ((None, "colour"), (0.3, "colour"), (0.3, option)):
+            if unknown == "size":  # which is what load calls it
+                continue
+            with pytest.raises(UnknownNameError, match=f"no option of {name} is called '{unknown}'"):
+                load(name, size, **{unknown: 0.3})
+
+
+def test_curves_left_to_themselves() -> None:
+    """Their sizes and durations where nothing is said: a line of .3 m in 1 s, the others in 4 s."""
+    assert [load(name).duration for name in ("straight", "square", "circle", "figure_eight")] == [1.0, 4.0, 4.0, 4.0]
+    assert load("straight").displacement(np.array(1.0)) == pytest.approx([0.3, 0, 0])
+    assert load("square").displacement(np.array(1.0)) == pytest.approx([-0.4, 0, 0])
+    assert load("circle").displacement(np.array(2.0)) == pytest.approx([-0.4, 0, 0])
+    assert load("figure_eight").displacement(np.array(1.0)) == pytest.approx([0.2, 0, 0])

@@ -11,7 +11,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from problems.robots import load
+from problems.robots import denavit_hartenberg, load
+from problems.robots.denavit_hartenberg import Link
+from problems.robots.planar import PLANAR_3R, planar_arm
 from problems.robots.robot import Robot
 from problems.robots.twin import twin
 from problems.weightings.identity import MixedUnitsError, identity
@@ -349,3 +351,29 @@ def test_threads_do_not_disturb_each_other():
     for (p, J), (p0, J0) in zip(together, alone, strict=True):
         np.testing.assert_array_equal(p, p0)
         np.testing.assert_array_equal(J, J0)
+
+
+def test_the_planar_arm_is_as_documented():
+    """Gravity 9.81 m/s^2 towards -y, every joint within 2.75 rad and 2 rad/s; it tells points from rods."""
+    np.testing.assert_array_equal(PLANAR_3R.model.gravity.linear, [0.0, -9.81, 0.0])
+    np.testing.assert_array_equal(PLANAR_3R.upper, np.full(3, 2.75))
+    np.testing.assert_array_equal(PLANAR_3R.lower, np.full(3, -2.75))
+    np.testing.assert_array_equal(PLANAR_3R.rate_limits, np.full(3, 2.0))
+    assert "point masses" in PLANAR_3R.about and "rods" in planar_arm([1.0, 1.0], rods=True).about
+
+
+def test_nobody_writes_into_a_robot():
+    """Limits are copies, and the kinds of joints, which are kept, are read-only."""
+    PLANAR_3R.upper[:] = 0
+    assert (PLANAR_3R.upper == 2.75).all()
+    with pytest.raises(ValueError, match="read-only"):
+        PLANAR_3R.prismatic[0] = True
+
+
+def test_a_link_left_blank_moves_nothing_along():
+    """Of a Denavit-Hartenberg table what is left out is zero: blank rows turn about one axis through one point."""
+    model = denavit_hartenberg.arm("blank", [Link(), Link(), Link(d=0.5)])
+    robot = Robot("blank", model, "hand", (0, 1, 2))
+    position, rotation = robot.forward(np.array([0.3, 0.4, -0.7]))
+    np.testing.assert_allclose(position, [0, 0, 0.5], atol=1e-15)
+    np.testing.assert_allclose(rotation, np.eye(3), atol=1e-15)

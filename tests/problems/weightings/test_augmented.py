@@ -10,6 +10,7 @@ from problems.measures.jacobian import decompose
 from problems.methods.draw import generic
 from problems.robots.planar import PLANAR_3R
 from problems.weightings.augmented import (
+    AlgorithmicSingularityError,
     NotRedundantError,
     OverdeterminedWarning,
     augmented,
@@ -21,6 +22,7 @@ from problems.weightings.augmented import (
     secondary_rate,
 )
 from sandbox.errors import NonFiniteError, RangeError, RankDeficientError, ShapeError
+from sandbox.tolerances import UNIT
 from tests.problems.secondary import F1, NULL
 
 RNG = np.random.default_rng(0)
@@ -112,3 +114,27 @@ def test_refusals_name_robot_and_configuration():
     assert refusal.value.evidence["index"] == (1,)
     with pytest.raises(NotRedundantError, match="planar_3r"):
         redundancy(PLANAR_3R.task("planar pose"))
+
+
+@pytest.mark.parametrize("given", [
+    {"desired": np.ones(3)}, {"gain": np.ones(3)}, {"desired_rate": np.ones((2, 2, 2))}, {"desired": np.ones((3, 1))},
+], ids=["desired", "gain", "rate", "column"])  # fmt: skip
+def test_closed_loop_wants_one_number_per_function(given):
+    """What goes with neither all functions nor each of them is refused by its name."""
+    with pytest.raises(ShapeError, match=next(iter(given))):
+        closed_loop(np.ones((3, 2)), **{"desired": np.zeros(2), "gain": 1.0, **given})
+
+
+def test_algorithmic_singularity_to_what_the_arm_can_tell():
+    """N is known to u cond(J) only: sigma_min(N'E') of 1e3 u is taken where J is healthy, refused where cond J is 1e6."""
+    for q, taken in (([0.3, 1.1, -0.7], True), ([0.3, 1e-6, 1e-6], False)):
+        J = PLANAR_3R.jacobian(np.array(q))
+        N = np.linalg.svd(J)[2][2]
+        assert (np.linalg.cond(J) > 1e5) != taken
+        row = J[1] - (J[1] @ N) * N
+        E = (row / np.linalg.norm(row) + 1e3 * UNIT * N)[None]
+        if taken:
+            check_rows(PLANAR_3R, np.array(q), E)
+        else:
+            with pytest.raises(AlgorithmicSingularityError):
+                check_rows(PLANAR_3R, np.array(q), E)

@@ -7,7 +7,7 @@ import pytest
 
 from problems.weightings.augmented import augmented
 from problems.weightings.damped import damped
-from sandbox.errors import WeightNotPositiveDefiniteError
+from sandbox.errors import ShapeError, WeightNotPositiveDefiniteError
 
 E = np.random.default_rng(0).standard_normal((4, 1, 3))
 
@@ -29,3 +29,10 @@ def test_refuses_a_base_that_is_not_positive_definite(base):
     with pytest.raises(WeightNotPositiveDefiniteError, match="base is not positive definite: ") as refusal:
         damped(augmented(E), base)
     assert refusal.value.evidence["lambda_min"] <= 1e-15
+
+
+def test_refuses_a_base_for_other_configurations():
+    """Three bases for four weights are refused by the field."""
+    with pytest.raises(ShapeError, match="base"):
+        damped(augmented(E), np.stack([np.eye(3)] * 3))
+    assert damped(augmented(E), np.stack([np.eye(3)] * 4)).lead == (4,)

@@ -100,3 +100,19 @@ def test_single_configuration():
     condition = extremum(PLANAR_3R, F1[0], elastic(PLANAR_3R, 1.0, Q0))
     assert condition.on_manifold() is condition
     assert extended(condition).lead == ()
+
+
+@pytest.mark.parametrize("stiffness", [1e-9, 1.0, 1e9])
+def test_distance_from_the_manifold_has_no_unit(stiffness):
+    """Springs a thousand million times as soft or stiff are as far off the manifold, or on it."""
+    off = extremum(PLANAR_3R, F1, elastic(PLANAR_3R, stiffness, Q0 + 0.1 * NULL)).distance
+    np.testing.assert_allclose(off, extremum(PLANAR_3R, F1, elastic(PLANAR_3R, 1.0, Q0 + 0.1 * NULL)).distance, rtol=1e-9)
+    assert off > 0.05
+    assert extremum(PLANAR_3R, F1, elastic(PLANAR_3R, stiffness, Q0)).distance < 1e-15
+
+
+def test_rounding_of_large_angles_is_no_distance():
+    """A hundred thousand turns on, q itself is rounded to 1e-10 rad: still on the manifold."""
+    turns = 2 * np.pi * 1e5
+    far = extremum(PLANAR_3R, F1 + turns, elastic(PLANAR_3R, 1.0, Q0 + turns))
+    assert far.distance < 1e-9

@@ -51,3 +51,14 @@ def test_planar_angles_are_no_part():
     condition = extremum(robot, q, elastic(robot))
     np.testing.assert_allclose(condition.T, np.swapaxes(condition.T, 1, 2), rtol=0, atol=1e-12 * np.abs(condition.T).max())
     assert hessian(condition).lead == (COUNT,)
+
+
+def test_one_member_is_enough():
+    """In a stack where all but one hang free (lambda = 0, T = 0), that one is refused and named."""
+    robot = robots.load("seven_joint", (0, 1, 2, 3))
+    q, _, _ = generic(robot, np.random.default_rng(2), 3)
+    home = q.copy()
+    assert hessian(extremum(robot, q, elastic(robot, 1.0, home))).lead == (3,)
+    home[1] = rest(robot, q, np.ones(robot.m))[1]
+    with pytest.raises(PartialOrientationError, match="configuration 1 of seven_joint"):
+        hessian(extremum(robot, q, elastic(robot, 1.0, home)))

@@ -80,3 +80,16 @@ def test_refusals():
         elastic(PLANAR_3R, np.diag([1.0, 1.0, 0.0]))
     with pytest.raises(ShapeError, match="rest"):
         elastic(PLANAR_3R, 1.0, np.zeros(4))
+
+
+def test_springs_left_to_themselves():
+    """Stiffness and compliance are one where left out: g = |q|^2/2, and W is that of C = 1."""
+    q = np.array([[0.3, 1.1, -0.7]])
+    g = elastic(PLANAR_3R)
+    np.testing.assert_array_equal(g.gradient(PLANAR_3R, q), q)
+    np.testing.assert_allclose(g.value(PLANAR_3R, q), (q**2).sum(axis=1) / 2)
+    np.testing.assert_array_equal(g.curvature(PLANAR_3R, q), [np.eye(3)])
+    home = q - np.einsum("bmn,bm->bn", PLANAR_3R.jacobian(q), np.ones((1, 2)))
+    W, one, two = (impedance(PLANAR_3R, q, *given, rest=home).dense() for given in ((), (1.0,), (np.eye(3),)))
+    np.testing.assert_allclose(W, one, rtol=1e-14)
+    np.testing.assert_allclose(W, two, rtol=1e-14)
