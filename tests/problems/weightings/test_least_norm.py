@@ -10,8 +10,10 @@ from problems.measures.joint_limits import barrier
 from problems.measures.measure import OutsideDomainError
 from problems.robots.planar import PLANAR_3R
 from problems.sets import textbook
+from problems.weightings.identity import MixedUnitsError
 from problems.weightings.least_norm import least_norm
 from sandbox.errors import RangeError, ShapeError
+from tests.problems.measures import chain
 
 PRINTED = 1e-12  # twelve digits
 F1 = np.array(textbook.F1.q)
@@ -74,3 +76,9 @@ def test_limits_refused():
         least_norm(PLANAR_3R, F1, lower=[-3, -3])
     with pytest.raises(ShapeError, match="qdot_previous"):
         least_norm(PLANAR_3R, F1, [1.0, 2.0])
+
+
+def test_sliding_beside_turning_joints_are_refused():
+    """1 + |dH/dq_i| has one unit only where the joints have."""
+    with pytest.raises(MixedUnitsError, match="weighted_pseudoinverse"):
+        least_norm(chain.MIXED, np.zeros((1, chain.MIXED.n)))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from problems.methods.draw import scattered
 from problems.robots.planar import PLANAR_3R
+from problems.robots.robot import Robot
 from problems.weightings.stiffness import (
     ComplianceAsPrinted,
     JointCompliance,
@@ -56,3 +58,31 @@ def test_a_wrong_unit_is_refused(kind, right, wrong):
     for unit in (wrong, "N/m", "Nm/deg"):
         with pytest.raises(UnitMismatchError, match=f"not {unit}"):
             stiffness(PLANAR_3R, Q, kind([1, 2, 3], unit))
+
+
+@pytest.mark.parametrize("kinds, right", [("PPP", "N/m"), ("RRR", "Nm/rad"), ("RPR", "Nm/rad, N/m"), ("PRR", "Nm/rad, N/m")])
+def test_the_unit_is_that_of_the_joints(kinds, right):
+    """Sliding joints have N/m, turning ones Nm/rad, both in one arm both; the compliance's unit is the inverse."""
+    model, joint = pin.Model(), 0
+    for kind in kinds:
+        moving = pin.JointModelRZ() if kind == "R" else pin.JointModelPX()
+        joint = model.addJoint(joint, moving, pin.SE3.Identity(), f"joint_{joint + 1}")
+    model.addFrame(pin.Frame("hand", joint, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    robot = Robot("chain", model, "hand", (0, 1))
+    inverse = {"N/m": "m/N", "Nm/rad": "rad/Nm", "Nm/rad, N/m": "rad/Nm, m/N"}
+    for kind, own in ((JointStiffness, dict.fromkeys(inverse)), (JointCompliance, inverse)):
+        for unit in inverse:
+            given = kind([1, 2, 3], own[unit] or unit)
+            if unit == right:
+                assert stiffness(robot, Q, given).lead == (2,)
+            else:
+                with pytest.raises(UnitMismatchError):
+                    stiffness(robot, Q, given)
+
+
+def test_one_matrix_for_each_configuration_or_one_for_all():
+    """Two for two configurations, one for both; three are refused by their letter."""
+    K = scattered(np.random.default_rng(1), 3, 3)
+    np.testing.assert_array_equal(stiffness(PLANAR_3R, Q, JointStiffness(K[:2])).dense(), K[:2])
+    with pytest.raises(ShapeError, match="K"):
+        stiffness(PLANAR_3R, Q, JointStiffness(K))
