@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ def cast(
     Each (n,), (n, n) or (B, n, n), positive definite, and at most one of them; K = diag(n, ..., 2, 1) if none is given.
     unit : of what is given, SI of the robot's joints if left out. a = 0.
     """
-    kinds = (JointStiffness, JointCompliance, ComplianceAsPrinted)
+    kinds: tuple[Callable[..., JointStiffness | JointCompliance], ...] = (JointStiffness, JointCompliance, ComplianceAsPrinted)
     given = (stiffness, compliance, compliance_as_printed)
     chosen = [kind(matrix, unit) for kind, matrix in zip(kinds, given, strict=True) if matrix is not None]
     if len(chosen) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -22,7 +23,7 @@ class UnitMismatchError(RangeError):
 
 
 @dataclass(frozen=True, eq=False)
-class _Elasticity:
+class _Elasticity(ABC):
     """A symmetric positive definite matrix (n, n), its diagonal (n,) or a number, and its unit."""
 
     matrix: Any
@@ -47,9 +48,9 @@ class _Elasticity:
         way_out = "elastic energy must grow in every direction: give a positive definite matrix"
         return positive_definite(self.matrix, self.letter, robot.n, way_out)
 
+    @abstractmethod
     def weight(self, robot: Robot) -> Array:
         """W (..., n, n)."""
-        raise NotImplementedError
 
 
 class JointStiffness(_Elasticity):

@@ -11,7 +11,7 @@ from problems import robots
 from problems.own_method import read_method
 from problems.robots.planar import PLANAR_3R, PLANAR_4R
 from sandbox.agreement import compare
-from sandbox.errors import InputFileError
+from sandbox.errors import InputFileError, ShapeError
 from sandbox.law import rates
 from sandbox.tolerances import UNIT
 
@@ -126,3 +126,53 @@ def test_a_missing_file_is_named(tmp_path):
     """No file, no method."""
     with pytest.raises(InputFileError, match=r"absent\.py: no such file"):
         read_method(tmp_path / "absent.py")
+
+
+HALF = {
+    INERTIA + "alpha = 0.3\n": "alpha is given, but no f",
+    INERTIA + "def gradient(robot, q):\n    return q\n": "gradient is given, but no f",
+    IMPLICIT + "alpha = 0.3\n": "leave alpha out",
+    EXPRESSION.replace("alpha = 0.3", "alpha = 'much'"): "own.py: alpha",
+    EXPRESSION.replace("alpha = 0.3", "alpha = float('nan')"): "own.py: alpha",
+}
+
+
+@pytest.mark.parametrize("text", HALF, ids=range(len(HALF)))
+def test_parts_that_belong_together_are_asked_for(tmp_path, text):
+    """Only with f are alpha and a gradient of use, and alpha is a finite number: refused when the file is read."""
+    with pytest.raises(InputFileError, match=HALF[text]):
+        read_method(written(tmp_path, text))
+
+
+def test_a_foreign_symbol_is_refused(tmp_path):
+    """An f that depends on a symbol that is none of q has no value."""
+    own = read_method(written(tmp_path, EXPRESSION.replace("ca.sumsqr(q - 0.2)", "ca.sumsqr(q - ca.SX.sym('home'))")))
+    with pytest.raises(InputFileError, match="f depends on home, which is none of the symbols q"):
+        own.cast(PLANAR_3R, np.ones((2, 3)), np.ones((2, 2)))
+
+
+def test_one_configuration_is_no_stack(tmp_path):
+    """The file's functions are written for stacks (B, n): a single q is refused by its shape."""
+    own = read_method(written(tmp_path, TWO))
+    with pytest.raises(ShapeError, match=r"q has shape \(3,\).*stacks \(B, 3\)"):
+        own.cast(PLANAR_3R, np.ones(3), np.ones(2))
+
+
+def test_numbers_that_are_none_are_told_with_the_file(tmp_path):
+    """What a function gives must be finite numbers: the file, and which of them is not."""
+    for bad, words in (("q * float('nan')", "method's a"), ("[['x'] * 3] * len(q)", "method's a")):
+        own = read_method(written(tmp_path, TWO.replace("0.3 * (q - 0.2)", bad)))
+        with pytest.raises(InputFileError, match=f"own.py: {words}"):
+            own.cast(PLANAR_3R, np.ones((2, 3)), np.ones((2, 2)))
+
+
+@pytest.mark.parametrize("where", ["file", "f", "method"])
+def test_an_interrupt_is_not_swallowed(tmp_path, where):
+    """Ctrl-C while the user's own lines run ends the run and is no mistake in the file."""
+    text = {
+        "file": "raise KeyboardInterrupt\n",
+        "f": INERTIA + "def f(robot, q):\n    raise KeyboardInterrupt\n",
+        "method": "def method(robot, q):\n    raise KeyboardInterrupt\n",
+    }[where]
+    with pytest.raises(KeyboardInterrupt):
+        read_method(written(tmp_path, text)).cast(PLANAR_3R, np.ones((2, 3)), np.ones((2, 2)))

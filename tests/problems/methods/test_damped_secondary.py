@@ -214,3 +214,12 @@ def test_other_refusals():
         cast(PLANAR_4R, F2, at(1, 1), gamma=np.array([1.0, 0.0]))
     with pytest.raises(UnknownNameError, match="there are: augmented, extended"):
         cast(PLANAR_3R, F1, XDOT, secondary="task priority")
+
+
+@pytest.mark.parametrize("secondary, field", [
+    ("extended", "E"), ("extended", "gbar"), ("extended", "gamma"), ("augmented", "stiffness"), ("augmented", "rest"),
+])  # fmt: skip
+def test_refuses_parameters_of_the_other_task(secondary, field):
+    """What the chosen secondary task would ignore is refused by its name."""
+    with pytest.raises(RangeError, match=f"{field} is given, but the {secondary} Jacobian has no use for it"):
+        cast(PLANAR_3R, F1, at(1, 1), secondary=secondary, **{field: np.ones((1, 3)) if field == "E" else 1.0})

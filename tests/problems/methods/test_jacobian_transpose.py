@@ -9,7 +9,8 @@ from problems import robots
 from problems.methods.jacobian_transpose import METHOD, cast
 from problems.robots.planar import PLANAR_3R
 from sandbox.errors import AsymmetricWeightError, NonFiniteError, ShapeError, WeightNotPositiveDefiniteError
-from sandbox.law import rates
+from sandbox.law import answer, rates
+from sandbox.solution import Status
 from tests.problems.secondary import COUNT, EACH_ROBOT, F1, agrees, at, faulty, rounding
 
 
@@ -85,3 +86,11 @@ def test_refuses_asymmetric_misshapen_and_infinite_gains():
     for error, gain in ((AsymmetricWeightError, [[1.0, 0.5], [0, 1]]), (ShapeError, np.ones(3)), (NonFiniteError, np.nan)):
         with pytest.raises(error, match="gain"):
             cast(PLANAR_3R, F1, at(1, 1), gain=np.array(gain))
+
+
+def test_has_no_multipliers():
+    """It minimises nothing: every member is answered, its multipliers (m,) are NaN; one problem has plain shapes."""
+    for q, e, lead in ((np.tile(F1, (2, 1)), np.ones((2, 2)), (2,)), (F1[0], np.ones(2), ())):
+        found = answer(METHOD, PLANAR_3R, cast(PLANAR_3R, q, e), {})
+        assert found.x.shape == (*lead, 3) and found.y.shape == (*lead, 2) and np.isnan(found.y).all()
+        assert all(status is Status.SOLVED for status in np.ravel(np.array(found.status, dtype=object)))
