@@ -214,6 +214,8 @@ def test_an_interrupted_run_keeps_what_was_done(tmp_path: Path) -> None:
     process = subprocess.Popen(
         [*words, "--backend", "closed_form", "--backend", "cvxpy"],
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        # a suite run in the background has SIGINT ignored, and hands that on
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )  # fmt: skip
     deadline = time.monotonic() + 60
     while not list(out.glob("records/*.parquet")) and time.monotonic() < deadline:
