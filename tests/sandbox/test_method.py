@@ -34,8 +34,6 @@ def test_a_start_is_the_best_conditioned_of_some_situations(name):
 def test_a_witness_is_the_original():
     """It answers what the original answers, with the same parameters; without an original there is none."""
     q, xdot = np.array([[0.3, 1.1, -0.7]]), np.array([[0.3, -0.7]])
-    np.testing.assert_array_equal(
-        METHOD.witness(PLANAR_3R, q, xdot, alpha=0.2), METHOD.original(PLANAR_3R, q, xdot, alpha=0.2)
-    )
+    np.testing.assert_array_equal(METHOD.witness(PLANAR_3R, q, xdot, alpha=0.2), METHOD.original(PLANAR_3R, q, xdot, alpha=0.2))
     with pytest.raises(EmptyPlanError, match="gradient_projection has no original"):
         replace(METHOD, original=None).witness(PLANAR_3R, q, xdot)

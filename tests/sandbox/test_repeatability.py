@@ -14,13 +14,14 @@ from problems.methods.damped_secondary import METHOD as DAMPED
 from problems.methods.extended_jacobian import METHOD as EXTENDED
 from problems.methods.gradient_projection import METHOD as PROJECTION
 from problems.methods.inertia_weighted import METHOD as INERTIA
+from problems.methods.joint_stiffness import METHOD as STIFFNESS
 from problems.methods.mussa_ivaldi_hogan import METHOD as IMPEDANCE
 from problems.methods.weighted_least_norm import METHOD as LEAST_NORM
 from problems.paths import load
 from problems.robots import load as robot_named
 from problems.robots.planar import PLANAR_3R
 from problems.weightings.identity import identity
-from sandbox.errors import RangeError, RefusalError
+from sandbox.errors import RangeError, RankDeficientError, RefusalError, ShapeError, UnknownNameError
 from sandbox.method import Method
 from sandbox.motion import Motion, follow
 from sandbox.problem import VelocityProblem
@@ -312,3 +313,54 @@ def test_too_few_cycles_are_refused() -> None:
     stopped = follow(PINV, PLANAR_3R, load("through_kinematic_singularity"), F1)
     with pytest.raises(RangeError, match="no cycle"):
         drift(stopped)
+
+
+def test_where_a_motion_begins_is_no_part_of_its_drift() -> None:
+    """The same steps from postures a hundred radians away are the same kind, with the limit moved along."""
+    for lengths in (0.1 * 0.5 ** np.arange(12), 0.1 * 0.5 ** np.arange(4), np.full(9, 0.1)):
+        near = postures(lengths[:, None] * np.array([0.6, -0.8, 0.0]))
+        one, other = limit_cycle(near), limit_cycle(replace(near, q=near.q + 100.0))
+        assert (one.kind, one.ratio, one.remaining) == (other.kind, pytest.approx(other.ratio), pytest.approx(other.remaining))
+        if one.limit is not None:
+            np.testing.assert_allclose(other.limit, one.limit + 100.0, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("robot", "q"), [("planar_3r", GENERIC), ("planar_4r", [0.2, 0.9, -0.6, 0.8]), ("panda", PANDA)])
+def test_the_value_is_a_share_of_what_brackets_could_be(robot: str, q: Any) -> None:
+    """The largest |(I - G J)[G_i, G_j]| / (|DG_j||G_i| + |DG_i||G_j|), from the robot's analytic dJ."""
+    arm, q = robot_named(robot), np.asarray(q)
+    J, dJ = arm.jacobian(q), arm.jacobian_derivative(q)
+    P = np.linalg.pinv(J)
+    inside = np.eye(arm.n) - P @ J
+    DG = np.moveaxis(-P @ dJ @ P + inside @ np.swapaxes(dJ, 1, 2) @ np.linalg.inv(J @ J.T), 0, -1)
+    found = lie_brackets(PINV, arm, q)
+    shares = []
+    for (i, j), outside in zip(found.pairs, found.outside, strict=True):
+        exact = inside @ (DG[:, j] @ P[:, i] - DG[:, i] @ P[:, j])
+        size = np.linalg.norm(DG[:, j], 2) * np.linalg.norm(P[:, i]) + np.linalg.norm(DG[:, i], 2) * np.linalg.norm(P[:, j])
+        assert np.linalg.norm(outside - exact) <= 10 * found.error * size
+        shares.append(np.linalg.norm(exact) / size)
+    assert found.value == pytest.approx(max(shares), abs=10 * found.error)
+
+
+def test_reduced_brackets_are_of_the_weight_that_is_followed() -> None:
+    """N'W [G_i, G_j] has the W of the parameters given, up to the sign of N."""
+    K = np.diag([5.0, 1.0, 0.2])
+    found = lie_brackets(STIFFNESS, PLANAR_3R, GENERIC, stiffness=K)
+    N = np.linalg.svd(PLANAR_3R.jacobian(GENERIC))[2][2]
+    assert found.reduced is not None
+    assert abs(found.reduced[0, 0]) == pytest.approx(abs(N @ K @ found.bracket[0]), rel=1e-12)
+    default = lie_brackets(STIFFNESS, PLANAR_3R, GENERIC)
+    assert default.reduced is not None and abs(abs(default.reduced[0, 0]) - abs(found.reduced[0, 0])) > 1e-3
+
+
+def test_brackets_are_taken_of_a_law_at_one_regular_configuration() -> None:
+    """A name for a law, a stack of configurations, a singular one, or rates of the wrong shape: each by its own error."""
+    with pytest.raises(UnknownNameError, match="law"):
+        lie_brackets("pseudoinverse", PLANAR_3R, GENERIC)  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="one configuration"):
+        lie_brackets(PINV, PLANAR_3R, [GENERIC])
+    with pytest.raises(RankDeficientError, match="row rank"):
+        lie_brackets(lambda q, xdot: np.zeros(3), PLANAR_3R, np.zeros(3))
+    with pytest.raises(ShapeError, match="rates"):
+        lie_brackets(lambda q, xdot: np.zeros(4), PLANAR_3R, GENERIC)
