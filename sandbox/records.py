@@ -175,6 +175,57 @@ MOTIONS = pa.schema(
 )
 """Columns of the motions of the method study: one row per method, robot and path."""
 
+CLAIMS = pa.schema(
+    [
+        ("place", pa.int16()),  # in the order of the ledger
+        ("claim", pa.string()),  # its name
+        ("title", pa.string()),
+        ("where", pa.string()),  # in the paper
+        ("says", pa.string()),  # $...$ is TeX, here and below
+        ("formula", pa.string()),  # TeX
+        ("tested", pa.string()),
+        ("accepted", pa.string()),
+        ("first", pa.string()),  # module:function of the code path that the fault is planted in
+        ("first_words", pa.string()),
+        ("second", pa.string()),
+        ("second_words", pa.string()),
+        ("sources", pa.list_(pa.string())),
+        ("state", pa.string()),  # claims.State
+        ("fault", pa.string()),  # the planted fault, in words
+        ("fault_state", pa.string()),  # of the claim at a reduced size with its fault planted
+        ("noticed", pa.bool_()),  # whether the fault turned the claim red
+        ("seconds", pa.float64()),
+        ("seed", pa.int64()),
+        ("full", pa.bool_()),
+        ("command", pa.string()),  # that examines this claim again
+    ]
+)
+"""Columns of the paper's claims."""
+
+CHECKS = pa.schema(
+    [
+        ("claim", pa.string()),
+        ("place", pa.int16()),  # within its claim
+        ("says", pa.string()),
+        ("role", pa.string()),  # claims.Role
+        ("holds", pa.bool_()),
+        ("found", pa.string()),  # JSON: a number or words
+        ("asked", pa.string()),
+        ("count", pa.int64()),  # cases examined
+        ("range", pa.string()),  # where it does hold, or how it is to be read
+    ]
+)
+"""Columns of the checks of the claims."""
+
+EXHIBITS = pa.schema([("claim", pa.string()), ("place", pa.int16()), ("kind", pa.string()), ("content", pa.string())])
+"""Columns of the tables and plots of the claims; content is the JSON of claims.exhibit."""
+
+KINDS = {
+    "problems": PROBLEMS, "truth": TRUTH, "records": RECORDS, "methods": METHODS, "motions": MOTIONS,
+    "claims": CLAIMS, "checks": CHECKS, "exhibits": EXHIBITS,
+}  # fmt: skip
+"""Folders of Parquet parts in a run, and what they hold."""
+
 
 def write_parquet(table: pa.Table, path: Path) -> None:
     """Write `table` to `path` whole or not at all."""
@@ -246,9 +297,9 @@ def read_part(path: Path, schema: pa.Schema, columns: list[str] | None = None) -
 
 
 def read_table(run: Path, kind: str, columns: list[str] | None = None) -> pa.Table:
-    """All parts of `kind` ("records", "problems", "truth", "methods" or "motions") of a run folder as one table."""
+    """All parts of `kind` (a name in KINDS) of a run folder as one table."""
     read_run(run)
-    schema = {"records": RECORDS, "problems": PROBLEMS, "truth": TRUTH, "methods": METHODS, "motions": MOTIONS}[kind]
+    schema = KINDS[kind]
     parts: Iterable[Path] = sorted((Path(run) / kind).glob("*.parquet"))
     tables = [read_part(path, schema, columns) for path in parts]
     if not tables:

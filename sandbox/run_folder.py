@@ -22,9 +22,7 @@ from sandbox.closed_form import CLOSED_FORMS
 from sandbox.errors import InputFileError
 from sandbox.formulation import FORMULATIONS
 from sandbox.plan import RUNNABLE
-from sandbox.records import FORMAT, read_run, read_table, write_json, write_parquet
-
-KINDS = ("problems", "truth", "records", "methods", "motions")
+from sandbox.records import FORMAT, KINDS, read_run, read_table, write_json, write_parquet
 
 
 def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet, overwrite: bool = False) -> dict[str, Any]:
@@ -35,6 +33,16 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
     InputFileError
         if `out` holds anything, unless that is a run and `overwrite` says to replace it.
     """
+    with emptied(out, overwrite) as folder:
+        return _carry_out(plan, folder, command, progress)
+
+
+@contextmanager
+def emptied(out: Path, overwrite: bool) -> Iterator[Path]:
+    """The folder `out` for one run alone, without the parts of an earlier one.
+
+    Raises InputFileError as `carry_out` does.
+    """
     out = Path(out)
     refuse_foreign(out, overwrite)
     out.mkdir(parents=True, exist_ok=True)
@@ -42,7 +50,7 @@ def carry_out(plan: Plan, out: Path, *, command: str, progress: Progress = quiet
         for kind in KINDS:  # only the parts of a run of our own are ever removed
             for part in (out / kind).glob("*.parquet"):
                 part.unlink()
-        return _carry_out(plan, out, command, progress)
+        yield out
 
 
 def add_study(out: Path, methods: list[dict[str, Any]], tables: dict[str, pa.Table]) -> None:
@@ -117,22 +125,11 @@ def _locked(out: Path) -> Iterator[None]:
 def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
     """What is known of a run before it begins."""
     return {
-        "format": FORMAT,
-        "id": started.strftime("%Y%m%dT%H%M%SZ"),
-        "command": command,
-        "started": started.isoformat(timespec="seconds"),
-        "finished": None,
-        "complete": False,
-        "sandbox_version": __version__,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "cpu": _processor(),
-        "cores": os.cpu_count(),
+        **beginning(command, started),
         "jobs": plan.jobs,
         "time_limit": plan.time_limit,
         "sample_every": plan.sample_every,
         "warm": plan.warm,
-        "packages": _versions(),
         "sets": [
             {
                 "name": s.name,
@@ -158,6 +155,24 @@ def _describe(plan: Plan, command: str, started: datetime) -> dict[str, Any]:
         "not_run": [],
         "probe": None,
         "timing": {},
+    }
+
+
+def beginning(command: str, started: datetime) -> dict[str, Any]:
+    """What run.json says of any run: which, when, and on what machine with what versions."""
+    return {
+        "format": FORMAT,
+        "id": started.strftime("%Y%m%dT%H%M%SZ"),
+        "command": command,
+        "started": started.isoformat(timespec="seconds"),
+        "finished": None,
+        "complete": False,
+        "sandbox_version": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cpu": _processor(),
+        "cores": os.cpu_count(),
+        "packages": _versions(),
     }
 
 
