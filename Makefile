@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.made
 
-.PHONY: env verify test lint clean
+.PHONY: env verify paper test lint clean
 
 env: $(STAMP)
 
@@ -14,6 +14,9 @@ $(STAMP): pyproject.toml constraints.txt
 
 verify: env
 	$(BIN)/sandbox verify
+
+paper: env
+	$(BIN)/sandbox paper
 
 lint: env
 	$(BIN)/ruff check .

@@ -86,8 +86,18 @@ def _paths() -> list[dict[str, Any]]:
     ]
 
 
+def _claims() -> list[dict[str, Any]]:
+    from sandbox.claims.table import CLAIMS
+
+    return [
+        {"name": claim.name, "where": claim.place, "claim": claim.title, "planted fault": claim.fault.words.replace("$", "")}
+        for claim in CLAIMS.values()
+    ]
+
+
 LISTS: dict[str, Callable[[], list[dict[str, Any]]]] = {
     "sets": _sets, "methods": _methods, "measures": _measures, "weightings": _weightings, "robots": _robots,
     "paths": _paths, "backends": _backends, "formulations": _formulations, "closed_forms": _closed_forms,
+    "claims": _claims,
 }  # fmt: skip
 """What `sandbox list` can list: name -> rows."""

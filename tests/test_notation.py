@@ -17,10 +17,11 @@ from sandbox.closed_form.eq6_implicit import eq6_implicit
 from sandbox.method import Method
 from sandbox.problem import VelocityProblem
 from sandbox.qp import QP
-from sandbox.records import METHODS, MOTIONS, RECORDS
+from sandbox.records import CHECKS, CLAIMS, EXHIBITS, METHODS, MOTIONS, RECORDS
 from sandbox.weight import Weight
 
 PAGE = (Path(__file__).parents[1] / "NOTATION.md").read_text()
+COLUMNS = {name for schema in (RECORDS, METHODS, MOTIONS, CLAIMS, CHECKS, EXHIBITS) for name in schema.names}
 GIVEN = {"robot", "q", "xdot"}
 PARAMETERS = {name for method in rows.values() for name in signature(method.cast).parameters} - GIVEN
 
@@ -29,7 +30,7 @@ def test_every_column_and_field_is_explained() -> None:
     """Each record column and each field of the nouns stands in a table of the page."""
     named = set(re.findall(r"`(\w+)`", PAGE))
     fields = {field.name for noun in (VelocityProblem, Weight, QP) for field in dataclasses.fields(noun)}
-    assert not (set(RECORDS.names) | set(METHODS.names) | set(MOTIONS.names) | fields) - named
+    assert not (COLUMNS | fields) - named
 
 
 def test_every_code_name_exists() -> None:
@@ -41,7 +42,7 @@ def test_every_code_name_exists() -> None:
         name for noun in nouns for name in dir(noun)
     }
     known |= PARAMETERS | set(signature(eq6_implicit).parameters) | set(signature(two_task).parameters)
-    known |= {*RECORDS.names, *METHODS.names, *MOTIONS.names, *vars(tolerances)} | {"n", "m", "N", "q"}
+    known |= {*COLUMNS, *vars(tolerances)} | {"n", "m", "N", "q"}
     assert len(names) > 100 and not names - known
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -66,7 +66,9 @@ class Check:
         object.__setattr__(self, "holds", bool(self.holds) and self.count > 0 and not lost)
         for name in ("found", "asked"):
             value = getattr(self, name)
-            object.__setattr__(self, name, value.item() if isinstance(value, np.generic) else value)
+            value = value.item() if isinstance(value, np.generic) else value
+            endless = isinstance(value, float) and not math.isfinite(value)
+            object.__setattr__(self, name, str(value).replace("inf", "∞") if endless else value)
         object.__setattr__(self, "count", int(self.count))
 
 
@@ -165,6 +167,7 @@ class Claim:
     formula : the displayed formula in TeX, if there is one
     paths : the two code paths compared; they share nothing below numpy but the nouns that hold the data
     examine : (trial, first path, second path) -> Evidence
+    alone : whether it measures time, or uses all processes itself: nothing else runs beside it
     """
 
     name: str
@@ -177,7 +180,8 @@ class Claim:
     examine: Callable[[Trial, Answer, Answer], Evidence]
     fault: Fault
     formula: str = ""
-    sources: tuple[str, ...] = field(default=())
+    sources: tuple[str, ...] = ()
+    alone: bool = False
 
     def evidence(self, trial: Trial, *, faulty: bool = False) -> Evidence:
         """Examine the claim; `faulty` with its fault planted in the first code path."""
