@@ -124,6 +124,6 @@ def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, 
         "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"totals": cases.totals(data), "words": words})),
         "data_curves": page.embedded_json(curves),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
-        "style": page.asset("report.css") + (drawing.style() if context["methods"] else ""),
+        "style": page.asset("base.css") + page.asset("report.css") + (drawing.style() if context["methods"] else ""),
         "script": page.asset("report.js"),
     }

@@ -402,10 +402,11 @@ def paper(
     from sandbox.run_folder import default_folder
 
     claims, folder = chosen(CLAIMS, claim), out or default_folder("paper")
-    words = ["sandbox", "paper", *(word for name in claim or () for word in ("--claim", name)), *(["--quick"] if quick else [])]
+    words = ["sandbox", "paper", *(word for name in claim or () for word in ("--claim", name))]
+    words += [*(["--quick"] if quick else []), "--seed", str(seed)]
     with _bar() as tell:
         content = carry_out(
-            claims, folder, command=shlex.join([*words, "--seed", str(seed)]), overwrite=overwrite, told=tell,
+            claims, folder, command=shlex.join(words), overwrite=overwrite, told=tell,
             trial=Trial(full=not quick, seed=seed, jobs=jobs),
         )  # fmt: skip
     rows = read_table(folder, "claims").sort_by("place").to_pylist()
@@ -416,7 +417,8 @@ def paper(
     ])  # fmt: skip
     console = _console()
     counts = ", ".join(f"{sum(row['state'] == state for row in rows)} {state}" for state in State)
-    console.print(f"{len(rows)} claims: {counts}; {content['timing']['wall']:.1f} s; evidence in {folder}", markup=False, highlight=False)
+    told = f"{len(rows)} claims: {counts}; {content['timing']['wall']:.1f} s; evidence in {folder}"
+    console.print(told, markup=False, highlight=False)
     _written(write_paper(folder, page))
     if any(row["state"] == State.UNSOUND or not row["noticed"] for row in rows):
         raise typer.Exit(1)
@@ -429,7 +431,9 @@ def _written(page: Path) -> None:
 @app.command()
 def report(
     folder: Run,
-    page: Annotated[Path | None, typer.Option("--page", help="where the HTML goes [reports/out/verification.html or paper.html]")] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="where the HTML goes [reports/out/verification.html or paper.html]")
+    ] = None,
 ) -> None:
     """Write the HTML report of a run, or the page of the paper's claims where it holds those."""
     from reports.paper import write_paper

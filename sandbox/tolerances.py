@@ -147,3 +147,66 @@ QUARTER_TURN = 1e-15
 
 LIMIT_KNOWN = 0.01
 """A limit posture is in sight when what is left to it is this share of the way covered."""
+
+EXTREMUM_STEP = 4e-3
+"""Step of fourth-order differences of an extremum [m]: what is truncated is measured by halving it."""
+
+EXTREMUM_ROUNDING = 1e3
+"""Root finding ends within c u of the size of the conditions: largest observed is 40."""
+
+TASK_MISSED = 1e6
+"""A task error this many times beyond rounding is the method's own: damping of 1/8 leaves 1e9 times and more."""
+
+TIKHONOV = 1e-2
+"""An error c eps + O(eps^2) falls tenfold per decade to this share once eps is below 1e-7: the second term is up to 1e5 eps."""
+
+EXPONENT = 0.25
+"""A power fitted to seeded draws over a few decades: whole powers are told apart."""
+
+COMPARABLE = 2.0
+"""Operation counts within this factor are comparable: (6) and the projection method stay within it for any n and m."""
+
+RANK_CORRELATION = 0.5
+"""A gauge orders what it gauges this well at least (Spearman); counts order times by 0.8 and more, on a busy machine too."""
+
+IMPERFECT = 1.25
+"""Ratios of times and of counts further apart than this factor are no noise: the least of repeats is stable to a tenth."""
+
+PERCENTAGE = 3.0
+"""Percentage points between a share of the paper's one sample of section V and the median of ours: sampling moves it by 0.4."""
+
+MEAN_ERROR = 0.25
+"""Relative difference of a mean error of section V: the order of operations, which the paper leaves open, moves it as much."""
+
+TIES_IN_DOUBLE = 2.0
+"""Percent of samples of section V whose errors may agree in float64: rates agree by chance for 1 %, float32 sums for 11 %."""
+
+LINEAR_PROGRAM = 1e-6
+"""HiGHS meets rows to 1e-7, and the rows of a task velocity are of size 0.1 and more."""
+
+MOTION_END = 1e-6
+"""A motion that an algorithmic singularity ends stops within this of it [m]: rates grow as the root of what is left falls."""
+
+LINEARISED = 0.1
+"""Of ln |h| beside its linear rate, for |h| up to 0.02 Nm on arms of metres: what is left out is of the order of |h|."""
+
+LINEAR_SIZE = 0.02
+"""|h| [Nm] up to which its rate counts as linear."""
+
+OTHER_MOTION = 1e-2
+"""Joint rates further apart than this, relatively, are another motion, not the same one less exactly."""
+
+SAME_MOTION = 1e-9
+"""Joint rates of well conditioned systems closer than this, relatively, are the same motion: rounding is below 1e-12."""
+
+LIMIT_MOTION = 1e-4
+"""Joint rates for a joint's unit of 1e-3 or 1e3 rad differ from their limit by the square of it, times what J has."""
+
+CURVATURE_DIFFERENCED = 1e-5
+"""A second derivative [Nm/rad^2] by differences of step `EXTREMUM_STEP`: rounded by u/h^2, 1e-11, truncated by h^4, 1e-9."""
+
+THROUGH = 1e-8
+"""Tolerance of a motion to or through an algorithmic singularity: what is asked of it is checked instant by instant."""
+
+REDUCED_ERROR = 0.5
+"""A task error that damping reduces is at most this share of the undamped one: no chance of a controller's phase does that."""

@@ -52,8 +52,8 @@ class Series:
     """Points (x, y) under one name; `text` says more on each point."""
 
     name: str
-    x: Sequence[float]
-    y: Sequence[float]
+    x: Sequence[float] | Array
+    y: Sequence[float] | Array
     kind: SeriesKind = "points"
     role: SeriesRole = "ours"
     text: Sequence[str] = ()
@@ -79,7 +79,7 @@ class Heat:
     y: str
     columns: tuple[str, ...]
     rows: tuple[str, ...]
-    values: Sequence[Sequence[float | None]]
+    values: Sequence[Sequence[float | None]] | Array
     middle: float = 1.0
     words: Sequence[Sequence[str]] = ()
     kind: Literal["heat"] = "heat"

@@ -95,11 +95,13 @@ class _Work:
         context = multiprocessing.get_context("spawn")  # a fork would copy the threads that numerical libraries hold
         pool = ProcessPool(max_workers=self.trial.jobs, max_tasks=0, context=context)
         try:
-            futures = {
-                pool.schedule(_examine_all, ([(claim, self.places[claim]) for claim in group], self.trial), timeout=PATIENCE): group
+            futures: dict[Any, list[Claim]] = {
+                pool.schedule(
+                    _examine_all, ([(claim, self.places[claim]) for claim in group], self.trial), timeout=PATIENCE
+                ): group
                 for group in groups
             }
-            waiting = set(futures)
+            waiting: set[Any] = set(futures)
             while waiting:
                 done, waiting = wait(waiting, timeout=GLANCE, return_when=FIRST_COMPLETED)
                 for future in done:

@@ -300,7 +300,7 @@ def pivot_roundings(
 
     Pivot i of J is the largest entry of w'J, w' = row i of L^-1: it is off by |w|'|L||U|. Trailing pivot c is the
     curvature d'Wd along d = N w, w' = row c of the inverse of the trailing L: it is off by |d|'|base||d| +
-    2 |d|'|E'||Gamma||E d| + 2 |Wd|'|dN w|, where |dN| <= |B^-1||L||U||N|, B = L U the pivot columns of J.
+    2 |d|'|E'||Gamma| sum_k |E N_k w_k| + 2 |Wd|'|dN w|, where |dN| <= |B^-1||L||U||N|, B = L U the pivot columns of J.
     Work: G (m, n), X (m, m), w, v, d (n,).
     """
     n = A.shape[0]
@@ -358,11 +358,15 @@ def pivot_roundings(
                 g, size = d[i], v[i]
             for r in range(E.shape[0]):
                 for q in range(E.shape[0]):
-                    e = 0.0
-                    for j in range(n):
-                        e = e + E[q, p[j]] * d[j]
+                    e, mixed = 0.0, 0.0
+                    for k in range(c + 1):
+                        s = 0.0
+                        for j in range(n):
+                            s = s + E[q, p[j]] * N[j, k]
+                        e = e + s * w[k]
+                        mixed = mixed + abs(s * w[k])
                     g = g + E[r, p[i]] * gamma[r, q] * e
-                    size = size + 2 * abs(E[r, p[i]] * gamma[r, q] * e)
+                    size = size + 2 * abs(E[r, p[i]] * gamma[r, q]) * mixed
             total = total + v[i] * size
             if i < m:
                 off = 0.0

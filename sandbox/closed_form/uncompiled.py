@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -26,11 +27,12 @@ def eq6_on(
     gamma: Any = None,
     *,
     multipliers: bool = True,
+    identity: bool = False,
 ) -> tuple[int, Array, Array, Array]:
     """(code, x, y, pivots) of eq. (6) on one problem, every entry made by `number`; W None is the identity.
 
     With Fraction the answer is exact, for eq. (6) takes no square root. The codes are those of kernels.py. y is left
-    zero without `multipliers`, which the paper does not compute.
+    zero without `multipliers`, which the paper does not compute. `identity` multiplies by no entry of N's identity block.
     """
     J, xdot, gradf, alpha = _of(number, J), _of(number, xdot), _of(number, gradf), number(alpha)
     m, n = J.shape
@@ -39,10 +41,56 @@ def eq6_on(
     E, gamma = _of(number, np.zeros((0, n)) if E is None else E), _of(number, np.zeros((0, 0)) if E is None else gamma)
     A, b, x, y = _zeros(number, n, n), _zeros(number, n), _zeros(number, n), _zeros(number, m)
     N, t, p = _of(number, np.eye(n, n - m, -m)), _zeros(number, 2, len(E)), np.zeros(n, dtype=int)
-    code = kernels.eq6(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, x)
+    kernel = eq6_identity if identity else kernels.eq6
+    code = kernel(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, x)
     if multipliers and code == kernels.SOLVED:
         kernels.multipliers(W, E, gamma, gradf, alpha, weighted, A, p, t, x, y)
     return code, x, y, np.diagonal(A).copy()
+
+
+def identity_null_vectors(A: Array, m: int, N: Array) -> None:
+    """`kernels.null_vectors`; the identity block of N is not multiplied by."""
+    for c in range(A.shape[1] - m):
+        for i in range(m - 1, -1, -1):
+            s = A[i, m + c]
+            for j in range(i + 1, m):
+                s = s + A[i, j] * N[j, c]
+            N[i, c] = -s / A[i, i]
+
+
+def identity_weigh_row(
+    W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int, p: Array, t: Array, row: Array
+) -> None:
+    """`kernels.weigh_row`; the identity block of N is not multiplied by."""
+    n = N.shape[0]
+    m = n - N.shape[1]
+    for j in range(n):
+        if weighted:
+            s = W[p[m + c], p[j]]
+            for i in range(m):
+                s = s + N[i, c] * W[p[i], p[j]]
+            row[j] = s
+        else:
+            row[j] = N[j, c]
+    for r in range(E.shape[0]):
+        s = E[r, p[m + c]]
+        for i in range(m):
+            s = s + N[i, c] * E[r, p[i]]
+        t[0, r] = s
+    for r in range(E.shape[0]):
+        s = t[0, 0] * gamma[0, r]
+        for q in range(1, E.shape[0]):
+            s = s + t[0, q] * gamma[q, r]
+        for j in range(n):
+            row[j] = row[j] + s * E[r, p[j]]
+
+
+eq6_identity = FunctionType(
+    kernels.eq6.__code__,
+    {**vars(kernels), "null_vectors": identity_null_vectors, "weigh_row": identity_weigh_row},
+    "eq6_identity",
+)
+"""`kernels.eq6`, the same source with these two steps in the place of its own (ours: Table I multiplies by the block)."""
 
 
 def eq6_implicit_on(number: Callable[[Any], Any], J: Any, xdot: Any, NtW: Any, Nta: Any) -> tuple[int, Array]:
@@ -127,16 +175,19 @@ class Counted:
         return self.value > (other.value if isinstance(other, Counted) else other)
 
 
-def operations(method: str, n: int, m: int, *, weighted: bool) -> Operations:
+def operations(method: str, n: int, m: int, *, weighted: bool, identity: bool = False) -> Operations:
     """Operations that eq2_5 or eq6 takes on n joints and m task rows, counted by running it (Tables I and II).
 
+    `identity`: eq6 multiplies by no entry of the identity block of N (Table I: in N'grad f only).
     Raises KeyError for another method.
     """
     # any generic problem takes the same path: a Vandermonde J has full rank, W is diagonally dominant
     J = np.vander(np.arange(1.0, n + 1) / n, m, increasing=True).T
     W = np.eye(n) * n + 1 / (1 + np.arange(n)[:, None] + np.arange(n)) if weighted else None
     total = Operations()
-    kernels_by_name: dict[str, Callable[..., Any]] = {"eq2_5": eq2_5_on, "eq6": partial(eq6_on, multipliers=False)}
+    kernels_by_name: dict[str, Callable[..., Any]] = {
+        "eq2_5": eq2_5_on, "eq6": partial(eq6_on, multipliers=False, identity=identity),
+    }  # fmt: skip
     kernels_by_name[method](lambda value: Counted(value, total), J, np.ones(m), W, np.ones(n), 0.5)
     return total
 

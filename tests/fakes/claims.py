@@ -69,10 +69,14 @@ def dawdles(trial: Trial, first: Answer, second: Answer) -> Evidence:
 
 
 def claim(
-    name: str, examine: Callable[[Trial, Answer, Answer], Evidence], plant: Callable[[Answer], Answer] = spoiled, alone: bool = False
+    name: str,
+    examine: Callable[[Trial, Answer, Answer], Evidence],
+    plant: Callable[[Answer], Answer] = spoiled,
+    alone: bool = False,
 ) -> Claim:
     """A row of a ledger."""
     return Claim(
         name=name, title=name, place="Section I", says="It is so.", tested="By asking twice.", accepted="Equal.",
-        paths=(CodePath("first", one), CodePath("second", other)), examine=examine, fault=Fault("it says 2", plant), alone=alone,
+        paths=(CodePath("first", one), CodePath("second", other)), examine=examine, fault=Fault("it says 2", plant),
+        alone=alone,
     )  # fmt: skip

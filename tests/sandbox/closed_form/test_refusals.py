@@ -14,6 +14,7 @@ from sandbox.closed_form.solve import solve
 from sandbox.closed_form.uncompiled import eq6_on
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Status
+from sandbox.weight import Weight
 
 Array = np.ndarray
 BY_CURVATURE = ("eq6", "eq6_orthonormal", "null_space", "kkt", "finsler", "eq13")
@@ -52,6 +53,24 @@ def test_no_form_passes_a_problem_that_fails_condition_seven() -> None:
                 assert not answered, method
         failing, holding = failing + (code != kernels.SOLVED), holding + (code == kernels.SOLVED)
     assert failing >= 60 and holding >= 60
+
+
+@pytest.mark.parametrize("size", [(2, 4), (2, 5), (4, 6), (3, 7)])
+def test_a_factor_row_in_range_j_is_refused(size: tuple[int, int]) -> None:
+    """W = E'E with a row of E that J spans has a singular N'WN; its last pivot is rounding of the elimination alone."""
+    m, n = size
+    rng, passed, singular = np.random.default_rng(83), 0, 0
+    for _ in range(60):
+        J, E = rng.integers(-3, 4, (m, n)).astype(float), rng.integers(-7, 8, (n - m, n)).astype(float)
+        if np.linalg.matrix_rank(J) < m:
+            continue
+        generic = VelocityProblem(J=J, xdot=np.ones(m), W=Weight(np.zeros((n, n)), E, np.eye(n - m)), a=np.zeros(n))
+        E[0] = rng.integers(-2, 3, m) @ J
+        spanned = VelocityProblem(J=J, xdot=np.ones(m), W=Weight(np.zeros((n, n)), E, np.eye(n - m)), a=np.zeros(n))
+        code, *_ = eq6_on(Fraction, J, generic.xdot, generic.W.base, generic.a, 1, generic.W.E, generic.W.gamma)
+        passed += solve(generic, on_refusal="status").status.answered == (code == kernels.SOLVED)
+        singular += not solve(spanned, on_refusal="status").status.answered
+    assert passed == singular >= 50
 
 
 @pytest.mark.parametrize("method", BY_CURVATURE)
