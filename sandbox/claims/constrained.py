@@ -151,7 +151,7 @@ def projected(arm: Arm, q: Array) -> Function:
 
 
 def eliminated(arm: Arm, basic: tuple[int, ...], n: int) -> Function:
-    """Basis N(q) (n, k) of null J: the identity in the free joints, the `basic` ones solved for (methods 5.2)."""
+    """Basis N(q) (n, k) of null J: the identity in the free joints, the `basic` ones solved for."""
     free = [i for i in range(n) if i not in basic]
 
     def basis(q: Array) -> Array:

@@ -12,6 +12,7 @@ from problems.methods import METHODS
 from sandbox.agreement import bounds
 from sandbox.claims.claim import Answer, Check, Claim, CodePath, Evidence, Fault, Trial, at_least, at_most, every
 from sandbox.claims.exhibit import Axis, Plot, Series, SeriesRole, Table
+from sandbox.claims.scatter import beside, drawable, thinned
 from sandbox.law import answer, rates
 from sandbox.method import Draw, Method, Robot
 from sandbox.problem import VelocityProblem
@@ -22,6 +23,7 @@ from sandbox.tolerances import FORWARD, TASK_MISSED, UNIT
 Array = np.ndarray
 
 ARMS = ("planar_3r", "planar_4r", "panda")
+ON_ARMS = "planar 3R, planar 4R and Panda"
 """One degree of redundancy in the plane, two, and one of a real arm."""
 
 EXACT = tuple(method for method in METHODS.values() if method.task == "exact")
@@ -29,9 +31,6 @@ EXACT = tuple(method for method in METHODS.values() if method.task == "exact")
 
 OUTSIDE = (METHODS["damped_least_squares"], METHODS["jacobian_transpose"])
 """The exceptions that the paper names."""
-
-LEAST_SHOWN = 2.0**-60
-"""Where an error of zero is drawn on a logarithmic axis."""
 
 
 class Situation(NamedTuple):
@@ -55,21 +54,6 @@ def situations(methods: Sequence[Method], arms: Sequence[str], rng: np.random.Ge
 def listed(methods: Sequence[Method]) -> tuple[str, ...]:
     """Their ids, for an axis."""
     return tuple(method.id for method in methods)
-
-
-def beside(place: int, count: int) -> Array:
-    """`count` abscissae around a category, so that points do not hide each other."""
-    return place + np.linspace(-0.3, 0.3, count) if count > 1 else np.full(count, float(place))
-
-
-def drawable(values: Array) -> Array:
-    """The same for a logarithmic axis: zero is drawn at LEAST_SHOWN."""
-    return np.maximum(values, LEAST_SHOWN)
-
-
-def thinned(values: Array, most: int = 600) -> Array:
-    """Evenly spaced entries of what is too many points for a plot."""
-    return values[:: -(-len(values) // most)]
 
 
 def task_error(problem: VelocityProblem, qdot: Array) -> Array:
@@ -105,7 +89,7 @@ def exceptions(trial: Trial, law: Answer, original: Answer) -> Evidence:
     inside, outside = ([found[method.id] for method in part] for part in (EXACT, OUTSIDE))
     checks: list[Check] = [
         at_most(
-            r"exact methods, framework: $|J\dot q - \dot x|$ / rounding of $J\dot q$",
+            r"exact methods, sandbox: $|J\dot q - \dot x|$ / rounding of $J\dot q$",
             np.concatenate([ours / rounding for ours, _, rounding, _ in inside]), 1.0,
         ),
         at_most(
@@ -115,35 +99,35 @@ def exceptions(trial: Trial, law: Answer, original: Answer) -> Evidence:
     ]  # fmt: skip
     for method, (ours, other, rounding, theirs) in zip(OUTSIDE, outside, strict=True):
         checks += [
-            at_least(rf"{method.title.lower()}: $|J\dot q - \dot x|$ / rounding of $J\dot q$", ours / rounding, TASK_MISSED),
+            at_least(rf"{method.title}: $|J\dot q - \dot x|$ / rounding of $J\dot q$", ours / rounding, TASK_MISSED),
             at_most(
-                f"{method.title.lower()}: task error, framework and original differ / sum of bounds",
+                f"{method.title}: task error, sandbox and original formulation differ / sum of bounds",
                 np.abs(ours - other) / (rounding + theirs), 1.0,
             ),
         ]  # fmt: skip
     spread = [(place, found[method.id]) for place, method in enumerate(methods)]
     abscissae = np.concatenate([beside(place, len(parts[0])) for place, parts in spread])
     roles: tuple[tuple[str, int, SeriesRole], ...] = (
-        ("framework", 0, "ours"),
-        ("original", 1, "other"),
-        ("rounding of J qdot", 2, "bound"),
+        ("sandbox", 0, "ours"),
+        ("original formulation", 1, "other"),
+        ("rounding of Jq̇", 2, "bound"),
     )
     series = tuple(
         Series(name, thinned(abscissae), thinned(drawable(np.concatenate([parts[i] for _, parts in spread]))), role=role)
         for name, i, role in roles
     )
     plot = Plot(
-        "Task error of every exact method M1–M19 and of damped least squares (C1) and the Jacobian transpose (C2); an error of "
-        "zero is drawn at the foot. Whatever $W$ and $a$ are, (6) gives $J\\dot q = \\dot x$: the answers of C1 and C2 are "
-        "of no $W$ and $a$",
-        Axis("method", categories=listed(methods)), Axis("|J qdot − xdot| [m/s, rad/s]", log=True), series,
+        "Task error of the exact methods M1–M19, of damped least squares (C1) and of the Jacobian transpose (C2), in some of "
+        "the situations; an error of zero is drawn at the foot. Whatever $W$ and $a$ are, (6) gives $J\\dot q = \\dot x$: no "
+        "$W$ and $a$ give the answers of C1 and C2.",
+        Axis("method", categories=listed(methods)), Axis("|Jq̇ − ẋ| [m/s, rad/s]", log=True), series,
     )  # fmt: skip
     table = Table(
-        "Task error, largest and smallest over planar 3R and Panda",
+        "Task error $|J\\dot q - \\dot x|$ of the sandbox, over planar 3R and Panda [m/s, rad/s]",
         ("id", "method", "reference in the paper", "situations", "largest", "smallest"),
         tuple(
             (m.id, m.title, m.number, len(found[m.id][0]), float(found[m.id][0].max()), float(found[m.id][0].min()))
-            for m in methods
+            for m in (*OUTSIDE, *EXACT)
         ),
         paper=("reference in the paper",),
     )
@@ -178,20 +162,20 @@ def methods_can_be_cast(trial: Trial, six: Answer, original: Answer) -> Evidence
         spread = eigenvalues(problem.W.dense())
         indefinite[method.id].append(spread[:, 0] < -FORWARD * problem.n * UNIT * np.abs(spread).max(axis=-1))
     agreed = {name: np.concatenate(parts) <= 1 for name, parts in ratios.items()}  # NaN, a refusal, does not agree
-    checks = tuple(every(f"{m.id}, {m.title}: framework = original within the sum of bounds", agreed[m.id]) for m in EXACT)
+    checks = tuple(every(f"framework = original within the sum of bounds: {m.id}, {m.title}", agreed[m.id]) for m in EXACT)
     rows = tuple(
         (
-            m.id, m.title, m.number, m.certainty, m.weight, m.vector, int(agreed[m.id].sum()), agreed[m.id].size,
+            m.id, m.title, m.number, m.certainty, m.weight, m.vector, f"{int(agreed[m.id].sum())} of {agreed[m.id].size}",
             float(np.concatenate(ratios[m.id]).max()), int(np.concatenate(indefinite[m.id]).sum()),
         )
         for m in EXACT
     )  # fmt: skip
     table = Table(
-        f"Every exact method, in {count} seeded situations on each of {', '.join(ARMS)}. The numbers are the paper's; which "
-        "works they stand for is our reading, as sure as the fourth column says",
+        f"Every exact method, in {count} situations on each of {ON_ARMS}. The numbers in brackets are the paper's; which works "
+        "they stand for is our reading, as sure as the fourth column says",
         (
-            "id", "method", "reference in the paper", "attribution", "W", "a", "agreed", "of", "largest difference / bounds",
-            "W indefinite in",
+            "id", "method", "reference in the paper", "attribution", "$W$", "$a$", "agreed", "largest difference / bounds",
+            "$W$ indefinite in",
         ),
         rows, paper=("reference in the paper",),
     )  # fmt: skip
@@ -200,7 +184,8 @@ def methods_can_be_cast(trial: Trial, six: Answer, original: Answer) -> Evidence
         thinned(np.concatenate([part for m in EXACT for part in parts[m.id]])) for parts in (differences, allowed)
     )
     plot = Plot(
-        "Relative difference between framework and original, one point a situation; one of zero is drawn at the foot",
+        "Relative difference between framework and original formulation, in some of the situations; one of zero is drawn at "
+        "the foot",
         Axis("method", categories=listed(EXACT)), Axis("relative difference of the joint rates", log=True),
         (
             Series("difference", abscissae, drawable(difference)),
@@ -214,17 +199,18 @@ CLAIMS = (
     Claim(
         name="methods_can_be_cast",
         title="Many well-known velocity-control methods are one framework",
-        place="Section I, and Section III",
-        says=r"Many well-known methods can be cast as a choice of $W$, $f$ and $\alpha$.",
+        place="Section I, Section III and Section VII",
+        says=r"Many well-known velocity-control methods can be cast as (2), and as (6), by a choice of $W$, $f$ and $\alpha$.",
         tested=(
-            r"Each of 19 methods is written twice: cast as $W$ and $a = \alpha\nabla f$ and solved by (6), and as its authors "
-            "wrote it. Planar 3R, planar 4R and Panda, in configurations, task velocities and parameters that are drawn at "
-            "random inside the method's own domain."
+            r"Each of 19 methods is written twice: cast as $W$ and $a = \alpha\nabla f$ and solved by (6), and in its original "
+            "formulation, as published or, where it is not known which work the paper cites, as we read it. On planar 3R, "
+            "planar 4R and Panda, in configurations, task velocities and parameters drawn at random inside the method's own "
+            "domain."
         ),
         accepted="In every situation the two differ by no more than the sum of their error bounds.",
         paths=(
             CodePath("the method as cast, answered by eq. (6)", answer),
-            CodePath("the method as its authors wrote it (problems.original), numpy and the arm alone", Method.witness),
+            CodePath("the original formulation, from numpy and the arm alone", Method.witness),
         ),
         examine=methods_can_be_cast,
         fault=Fault("the inverse of $W$ in its place, a compliance for a stiffness", compliance_for_stiffness),
@@ -234,21 +220,22 @@ CLAIMS = (
         title="The exceptions are the methods that miss the task velocity",
         place="Section I",
         says=(
-            r"Most methods can be cast; exceptions are those that do not give the exact $\dot x$: damped least squares and "
-            "Jacobian transpose."
+            r"Exceptions are methods that do not give the exact prescribed $\dot x$, such as damped least squares [2], [3] and "
+            "Jacobian transpose schemes [4]."
         ),
         formula=r"\dot x = J\dot q",
         tested=(
             r"$|J\dot q - \dot x|$ of 19 exact methods and of the two exceptions, in situations of their own on planar 3R and "
-            "Panda; once as the sandbox computes them and once by their original formulations."
+            "Panda; once as the sandbox computes them and once by their original formulations. The sandbox finds damped least "
+            "squares by (6) too, but on another arm: one with a slack joint for every task row."
         ),
         accepted=(
             r"Exact methods: within rounding of $J\dot q$. Exceptions: a million times beyond it, by the same amount in both "
-            "formulations; no $W$ and $a$ can then have that answer, for (6) always meets its first rows."
+            r"formulations. No $W$ and $a$ can then have that answer, for (6) always meets its first rows."
         ),
         paths=(
             CodePath("the sandbox's law: a cast answered by its closed form", rates),
-            CodePath("the method as its authors wrote it (problems.original), numpy and the arm alone", Method.witness),
+            CodePath("the original formulation, from numpy and the arm alone", Method.witness),
         ),
         examine=exceptions,
         fault=Fault(r"every law damped a little, $\lambda = 10^{-3}$, to be safe near singularities", damped_a_little),

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import signal
 import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import replace
 from datetime import UTC, datetime
+from difflib import get_close_matches
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +22,7 @@ from sandbox.check import line
 from sandbox.claims.claim import Check, Claim, Evidence, Role, Trial
 from sandbox.claims.exhibit import as_json
 from sandbox.errors import UnknownNameError
-from sandbox.records import CHECKS, CLAIMS, EXHIBITS, write_json, write_parquet
+from sandbox.records import CHECKS, CLAIMS, EXHIBITS, read_run, write_json, write_parquet
 from sandbox.run_folder import beginning, emptied
 
 Told = Callable[[str, int, int], None]
@@ -38,20 +41,37 @@ def chosen(table: dict[str, Claim], names: Sequence[str] | None) -> list[Claim]:
     """
     for name in names or ():
         if name not in table:
-            raise UnknownNameError.of("claim", name, table)
+            near = ", ".join(get_close_matches(name, table, n=5))
+            raise UnknownNameError(
+                f"no claim is called {line(repr(name))}; {f'near it: {near}' if near else 'none is near it'}; "
+                "`sandbox list claims` has them all", name=name,
+            )  # fmt: skip
     return [claim for name, claim in table.items() if not names or name in names]
 
 
 def carry_out(
-    claims: Sequence[Claim], out: Path, *, command: str, trial: Trial, overwrite: bool = False, told: Told = lambda *_: None
+    claims: Sequence[Claim],
+    out: Path,
+    *,
+    command: str,
+    trial: Trial,
+    overwrite: bool = False,
+    told: Told = lambda *_: None,
+    ledger: int | None = None,
 ) -> dict[str, Any]:
     """Examine `claims` into the run folder `out` and return its run.json; every claim is kept as soon as it is done.
+
+    ledger : how many claims there are in all, where `claims` may be some of them
 
     Raises InputFileError if `out` holds anything, unless that is a run and `overwrite` says to replace it.
     """
     with emptied(out, overwrite) as folder:
+        _clear(folder)
         started, begun = datetime.now(UTC), time.perf_counter()
-        content = beginning(command, started) | {"kind": "paper", "seed": trial.seed, "full": trial.full, "jobs": trial.jobs}
+        content = beginning(command, started) | {
+            "kind": "paper", "seed": trial.seed, "full": trial.full, "jobs": trial.jobs, "planned": len(claims),
+            "ledger": len(claims) if ledger is None else ledger,
+        }  # fmt: skip
         write_json(content, folder / "run.json")
         work = _Work(claims, replace(trial, folder=folder), told)
         try:
@@ -64,6 +84,14 @@ def carry_out(
     return content
 
 
+def _clear(folder: Path) -> None:
+    """Remove the runs that claims of an earlier run kept in `folder`, and nothing else."""
+    for kept in folder.glob("*/run.json"):
+        if str(read_run(kept.parent).get("command")).startswith("sandbox paper "):
+            with emptied(kept.parent, overwrite=True):
+                kept.unlink()
+
+
 class _Work:
     """The claims of one file share a process, for they share what they compute; those that must be alone come last."""
 
@@ -74,6 +102,7 @@ class _Work:
         self.ends: dict[Claim, str] = {}
 
     def carry_out(self) -> None:
+        self._tell()
         beside = [claim for claim in self.places if not claim.alone]
         files: dict[str, list[Claim]] = {}
         for claim in beside:
@@ -94,13 +123,19 @@ class _Work:
             return
         context = multiprocessing.get_context("spawn")  # a fork would copy the threads that numerical libraries hold
         pool = ProcessPool(max_workers=self.trial.jobs, max_tasks=0, context=context)
+        resource_tracker.ensure_running()  # the first process starts it, and that would unblock what is blocked below
         try:
-            futures: dict[Any, list[Claim]] = {
-                pool.schedule(
-                    _examine_all, ([(claim, self.places[claim]) for claim in group], self.trial), timeout=PATIENCE
-                ): group
-                for group in groups
-            }
+            # blocked while the pool starts: its threads and processes inherit that, and Ctrl-C is this process's business alone
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                futures: dict[Any, list[Claim]] = {
+                    pool.schedule(
+                        _examine_all, ([(claim, self.places[claim]) for claim in group], self.trial), timeout=PATIENCE
+                    ): group
+                    for group in groups
+                }
+            finally:
+                signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             waiting: set[Any] = set(futures)
             while waiting:
                 done, waiting = wait(waiting, timeout=GLANCE, return_when=FIRST_COMPLETED)

@@ -1,7 +1,7 @@
-"""Operations counted without running eqs. (2)-(5) or (6): the paper's tables, and the text of section IV taken by hand.
+"""Operations counted without running eqs. (2)-(5) or (6): the paper's tables, and the text of Section IV taken by hand.
 
 Everything is exact integers for n joints and m task rows, n > m; k = n - m. Multiplications are counted with divisions,
-additions with subtractions; square roots, comparisons and negations are not counted (methods 8.11).
+additions with subtractions; square roots, comparisons and negations are not counted.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ def projection(
     For one degree of redundancy qdot = qp - n n'(alpha grad f + qp) / (n'n). qp has zeros on the joints that no row of
     J pivots on, N is found as for eq. (6), N'N is factored L D L' (no square root). A (m, n), N (n, k) with the identity
     below, p (n,) ints, G (k, k) and z (n,) are work space, of the numbers of J. Without `identity` the block is
-    multiplied by in the null vectors and in N'N, as Table I does for (6). Our reading of [31]-[33] (methods P4).
+    multiplied by in the null vectors and in N'N, as Table I does for (6). Our reading of [31]-[33].
     """
     m, n = J.shape
     k = n - m

@@ -10,7 +10,8 @@ from sandbox.agreement import bounds
 from sandbox.claims import equations
 from sandbox.claims.claim import Answer, Claim, CodePath, Evidence, Fault, Role, Trial, at_most, every
 from sandbox.claims.exhibit import Axis, Plot, Series, Table
-from sandbox.claims.introduction import ARMS, EXACT, beside, drawable, listed, situations, thinned
+from sandbox.claims.introduction import ARMS, EXACT, ON_ARMS, listed, situations
+from sandbox.claims.scatter import beside, drawable, thinned
 from sandbox.law import answer
 from sandbox.method import Method, Robot
 from sandbox.problem import VelocityProblem
@@ -79,29 +80,29 @@ def verified_by_meaning(trial: Trial, six: Answer, exact: Answer) -> Evidence:
     plots = (
         Plot(
             "First order: what is left of the gradient of $\\frac{1}{2}\\dot q^T W\\dot q + \\alpha\\dot f$ along the "
-            "self-motion, relative to its size; zero is drawn at the foot",
-            axis, Axis("|N'(W qdot + a)| / (|W||qdot| + |a|)", log=True),
+            "self-motion, relative to its size, in some of the situations; zero is drawn at the foot",
+            axis, Axis("|Nᵀ(W q̇ + a)| / (|W||q̇| + |a|)", log=True),
             (
                 Series("reduced gradient", places, drawable(shown["gradient"])),
                 Series("rounding of N", places, shown["rounding"], role="bound"),
             ),
         ),
         Plot(
-            "Second order: condition (7), $N^T W N > 0$, and the weight itself. M11, M12 and M14 rest on a singular $W$; M13 "
-            "and M18 on one that is often indefinite",
+            "Second order: condition (7), $N^T W N > 0$, and the weight itself, in some of the situations. (7) holds also "
+            "where $W$ is singular or indefinite.",
             axis, Axis("smallest eigenvalue, relative to |W|"),
             (
-                Series("of N'WN", places, shown["curvature"]),
+                Series("of NᵀWN", places, shown["curvature"]),
                 Series("of W", places, shown["W"], role="other"),
                 Series("zero", (0.0,), (0.0,), "horizontal", "bound"),
             ),
         ),
     )  # fmt: skip
     table = Table(
-        f"Every exact method, {count} situations on each of {', '.join(ARMS)}",
+        f"Every exact method, in {count} situations on each of {ON_ARMS}",
         (
-            "id", "method", "situations", "largest reduced gradient / rounding", "smallest λ(N'WN) / |W|",
-            "largest |qdot − exact| / bound", "W indefinite in",
+            "id", "method", "situations", "largest reduced gradient / rounding", "least eigenvalue of $N^TWN$ / $|W|$",
+            "largest error / bound", "$W$ indefinite in",
         ),
         tuple(
             (
@@ -126,8 +127,9 @@ CLAIMS = (
         ),
         formula=r"N_J^T (W\dot q + \alpha\nabla f) = 0, \qquad N_J^T W N_J > 0",
         tested=(
-            "19 methods on three arms. The rates that (6) gives are put into both conditions of a minimum, $N_J$ by singular "
-            "values, and beside the minimiser that rational arithmetic finds from the same $J$, $W$, $a$."
+            "The 19 methods that can be cast, on three arms. The rates that (6) gives are put into both conditions of a "
+            "minimum, $N_J$ by singular values, and beside the minimiser that rational arithmetic finds from the same $J$, "
+            "$W$, $a$."
         ),
         accepted=(
             r"In every situation the gradient along the self-motion is rounding, $N_J^T W N_J$ is positive definite, and the "

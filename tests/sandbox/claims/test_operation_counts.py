@@ -1,4 +1,4 @@
-"""Tables I and II, the text of section IV added up by hand, and the projection method that is counted beside (6)."""
+"""Tables I and II, the text of Section IV added up by hand, and the projection method that is counted beside (6)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CELLS = [(n, m) for n in range(2, 31) for m in range(1, n)]
 
 @pytest.mark.parametrize("row", ROWS)
 def test_the_text_adds_up_to_table_one(row: Row) -> None:
-    """The description of section IV costs what Table I says, for every 1 <= m < n <= 30."""
+    """The description of Section IV costs what Table I says, for every 1 <= m < n <= 30."""
     assert all(
         counts.accounting(row[0], *cell, weighted=row[1]) == counts.table_1(row[0], *cell, weighted=row[1]) for cell in CELLS
     )
@@ -53,7 +53,7 @@ def test_sparing_the_identity_block_saves_its_products(weighted: bool) -> None:
 
 
 def test_counts_with_the_identity_block_spared() -> None:
-    """189 / 154 and 231 / 196 at (7, 6), 201 / 157 at (7, 3) (methods 8.11)."""
+    """189 / 154 and 231 / 196 at (7, 6), 201 / 157 at (7, 3)."""
     found = [counts.accounting("eq6", 7, m, weighted=w, identity=True).both for m, w in ((6, False), (6, True), (3, False))]
     assert found == [(189, 154), (231, 196), (201, 157)]
 
