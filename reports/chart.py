@@ -44,6 +44,9 @@ _MOST = 3000
 _LETTER = 6.3
 """Pixels of a letter, on average."""
 
+_ROW = 13
+"""Pixels of a row of names above the box."""
+
 _STEPS = 5
 """Shades of a heat map on either side of its middle."""
 
@@ -168,16 +171,19 @@ def _plot(plot: exhibit.Plot, width: float, most: int) -> Drawn:
     left = 12 + min(0.42 * width, max([30, *(_LETTER * len(words) for _, words in y.ticks)]))
     turned = _turned(x, width - left)
     bottom = 20.0 + 13 * len(low_title) + (min(84.0, 0.64 * _LETTER * max(len(w) for _, w in x.ticks)) if turned else 8)
-    top = 12.0 + 14 * len(heading)
     right = 14.0 if turned else max(14.0, 0.5 * _LETTER * len(x.ticks[-1][1]) + 3 if x.ticks else 0.0)
+    flags = _flags(lines, x, left, width - left - right)
+    banner = _ROW * max((flag.row + 1 for flag in flags.values()), default=0)
+    top = 12.0 + 14 * len(heading) + banner
+    height += banner
     box = _Box(left, top, width - left - right, height - top - bottom)
     out = [_frame(box, x, y, heading, low_title, turned)]
     rules: list[str] = []
     outside = 0
     order = {"bound": 0, "ours": 1, "other": 1, "paper": 2}
-    for line in sorted(lines, key=lambda line: order[line.role]):
+    for k, line in sorted(enumerate(lines), key=lambda one: order[one[1].role]):
         if line.kind in ("vertical", "horizontal"):
-            out.append(_rule(line, box, x, y, rules))
+            out.append(_rule(line, box, x, y, flags.get(k), rules))
         elif line.kind == "bars":
             out.append(_bars(line, box, x, y))
         else:
@@ -196,7 +202,7 @@ def _plot(plot: exhibit.Plot, width: float, most: int) -> Drawn:
     svg = _svg(width, height, title, _about(plot, lines), "".join(out) + "".join(rules))
     data = {
         "kind": "plot", "x": x.data(plot.x), "y": y.data(plot.y), "height": height, "left": _n(box.left),
-        "series": [_series(line) for line in lines],
+        "series": [_series(line, flags.get(k)) for k, line in enumerate(lines)],
     }  # fmt: skip
     return Drawn(svg, keys, {} if empty else data, "; ".join(words))
 
@@ -472,31 +478,67 @@ def _bars(line: _Line, box: _Box, x: _Scale, y: _Scale) -> str:
     )
 
 
-def _rule(line: _Line, box: _Box, x: _Scale, y: _Scale, said: list[str]) -> str:
+class _Flag(NamedTuple):
+    """The name of a vertical rule above the box: where the rule stands, whether the name lies to its left, and how high."""
+
+    at: float
+    name: str
+    back: bool
+    row: int = 0
+
+    @property
+    def span(self) -> tuple[float, float]:
+        wide = _LETTER * len(self.name) + 6
+        return (self.at - wide, self.at) if self.back else (self.at, self.at + wide)
+
+    def over(self, at: float) -> bool:
+        return self.span[0] < at < self.span[1]
+
+
+def _flags(lines: Sequence[_Line], x: _Scale, left: float, width: float) -> dict[int, _Flag]:
+    """The names of the vertical rules, so high that none lies on another or is crossed by a rule that has a higher one."""
+    found: dict[int, _Flag] = {}
+    for k, line in enumerate(lines):
+        places = x.place(line.x) if line.kind == "vertical" else np.empty(0)
+        places = places[(places >= -1e-9) & (places <= 1 + 1e-9)]
+        if len(places) and line.name:
+            at = left + width * float(places[0])
+            found[k] = _Flag(at, _said(line), at + _LETTER * len(_said(line)) > left + width)
+    placed: dict[int, _Flag] = {}
+    # names to the right from the right, then names to the left from the left: each lies over rules that have their row
+    for k, flag in sorted(found.items(), key=lambda one: (one[1].back, one[1].at if one[1].back else -one[1].at)):
+        taken = [other.row for other in placed.values() if flag.span[0] < other.span[1] and other.span[0] < flag.span[1]]
+        least = max((other.row + 1 for other in placed.values() if flag.over(other.at)), default=0)
+        placed[k] = flag._replace(row=next(row for row in itertools.count(least) if row not in taken))
+    return placed
+
+
+def _said(line: _Line) -> str:
+    """The name of a rule, with whose it is."""
+    return _short(line.name if line.role != "paper" or "paper" in line.name.lower() else f"{line.name} (paper)".strip(), 40)
+
+
+def _rule(line: _Line, box: _Box, x: _Scale, y: _Scale, flag: _Flag | None, said: list[str]) -> str:
     """Lines across the box at some values, with their name at the first of them; the names go to `said`."""
     upright = line.kind == "vertical"
     places = (x if upright else y).place(line.x)
     places = places[np.isfinite(places) & (places >= -1e-9) & (places <= 1 + 1e-9)]
-    kind = f"{line.colour} {'x' if line.role == 'bound' else 'w'} {line.dash}"
-    row = sum(text.startswith("<text") for text in said)
-    if len(places):
-        name = line.name if line.role != "paper" or "paper" in line.name.lower() else f"{line.name} (paper)".strip()
-        name = escape(_short(name, 40))
-        wide = _LETTER * len(name)
-        if upright:
-            at = float(box.across(places[0]))
-            right = at + 5 + wide < box.right
-            side = "" if right else " e"
-            at, low = at + (5 if right else -5), box.top + 11 + 13 * row
-        else:
-            at, side = box.right - 4, " e"
-            low = max(float(box.up(places[0])) - 5, box.top + 9)
-        said.append(f'<text class="halo {line.colour}{side}" x="{_n(at)}" y="{_n(low)}">{name}</text>')
-    if upright:
+    if not len(places):
+        return ""
+    if flag is not None:
+        top = box.top - _ROW * flag.row
+        at = flag.at + (-4 if flag.back else 4)
+        kind = f"halo {line.colour}{' e' if flag.back else ''}"
+        said.append(f'<text class="{kind}" x="{_n(at)}" y="{_n(top - 3)}">{escape(flag.name)}</text>')
+        first = f"M{_n(flag.at)} {_n(top - _ROW + 3)}V{_n(box.bottom)}"
+        paths = first + "".join(f"M{_n(at)} {_n(box.top)}v{_n(box.height)}" for at in box.across(places[1:]))
+    elif upright:
         paths = "".join(f"M{_n(at)} {_n(box.top)}v{_n(box.height)}" for at in box.across(places))
     else:
+        low = max(float(box.up(places[0])) - 5, box.top + 9)
+        said.append(f'<text class="halo {line.colour} e" x="{_n(box.right - 4)}" y="{_n(low)}">{escape(_said(line))}</text>')
         paths = "".join(f"M{_n(box.left)} {_n(at)}h{_n(box.width)}" for at in box.up(places))
-    return f'<path class="{kind}" d="{paths}"/>' if paths else ""
+    return f'<path class="{line.colour} {"x" if line.role == "bound" else "w"} {line.dash}" d="{paths}"/>'
 
 
 def _mark(line: _Line) -> str:
@@ -535,7 +577,7 @@ def _about(plot: exhibit.Plot, lines: Sequence[_Line]) -> str:
     return f"{sides[1]} over {sides[0]}. {'; '.join(told) or 'No series'}."
 
 
-def _series(line: _Line) -> dict[str, Any]:
+def _series(line: _Line, flag: _Flag | None) -> dict[str, Any]:
     out: dict[str, Any] = {
         "name": line.name,
         "kind": line.kind,
@@ -544,7 +586,8 @@ def _series(line: _Line) -> dict[str, Any]:
         "dash": _STROKES.get(line.dash, ""),
     }
     out |= {"hollow": line.hollow, "x": [_rounded(v) for v in line.x], "y": [_rounded(v) for v in line.y]}
-    return out | ({"text": [tex.plain(words) for words in line.text]} if line.text else {})
+    out |= {"text": [tex.plain(words) for words in line.text]} if line.text else {}
+    return out | ({"row": flag.row, "back": flag.back} if flag else {})
 
 
 # ---- heat maps --------------------------------------------------------------------------------------------------------------

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
 from reports import chart, drawing, page, tex
-from sandbox.check import named
+from sandbox.check import line, named
 from sandbox.claims import exhibit
-from sandbox.claims.claim import Role, State
+from sandbox.claims.claim import Check, Evidence, Role, State
 from sandbox.errors import InputFileError
 from sandbox.records import read_run, read_table
 
@@ -56,10 +57,13 @@ ROLES = {
 }  # fmt: skip
 """Role -> its name, and what it decides."""
 
-_UNKNOWN: dict[str, Any] = {
-    "command": "–", "id": "–", "started": None, "finished": None, "complete": False, "seed": None, "full": True, "jobs": None,
-    "timing": {}, "packages": {}, "platform": "–", "python": "–", "sandbox_version": "", "cpu": "–", "cores": "–",
+_SAID: dict[str, tuple[type, Any]] = {
+    "command": (str, "–"), "id": (str, "–"), "started": (str, None), "finished": (str, None), "complete": (bool, False),
+    "seed": (int, None), "full": (bool, True), "jobs": (int, None), "timing": (dict, {}), "packages": (dict, {}),
+    "platform": (str, "–"), "python": (str, "–"), "sandbox_version": (str, ""), "cpu": (str, "–"), "cores": (int, None),
+    "planned": (int, None), "ledger": (int, None),
 }  # fmt: skip
+"""What run.json says of a run of claims: the type of each, and what stands for it where run.json is silent."""
 
 _EXHIBITS: dict[str, Any] = {"table": exhibit.Table, "plot": exhibit.Plot, "heat": exhibit.Heat}
 
@@ -78,10 +82,15 @@ def write_paper(run: Path, out: Path | None = None) -> Path:
         raise InputFileError(
             f"{named(run)} is no run of a paper's claims: `sandbox paper` makes one; `sandbox report` shows others"
         )
+    said = _about(about, run)
     claims = _claims(run)
+    if said["complete"] and said["planned"] not in (None, len(claims)):
+        raise InputFileError(
+            f"{named(run)} holds {len(claims)} of its {page.plural(said['planned'], 'claim')}: parts are missing"
+        )
     path = Path("reports/out/paper.html") if out is None else Path(out)
     for most in POINTS:
-        text = _render(_UNKNOWN | about, claims, most)
+        text = _render(said, claims, most)
         if len(text.encode()) <= LARGEST:
             break
     page.write(text, path)
@@ -91,15 +100,32 @@ def write_paper(run: Path, out: Path | None = None) -> Path:
 # ---- what the run holds -----------------------------------------------------------------------------------------------------
 
 
+def _about(content: Mapping[str, Any], run: Path) -> dict[str, Any]:
+    """What run.json says; refused where it says it in another type."""
+    said: dict[str, Any] = {}
+    for name, (kind, silent) in _SAID.items():
+        value = content.get(name)
+        if value is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
+            raise InputFileError(f"{named(run / 'run.json')}: {name} is {line(repr(value))}, which is no {kind.__name__}")
+        said[name] = silent if value is None else value
+    wall = said["timing"].get("wall")
+    return said | {"wall": wall if _is_number(wall) else None}
+
+
 def _claims(run: Path) -> list[dict[str, Any]]:
     """Claims in the order of the ledger, each with its checks and exhibits."""
-    rows = sorted(read_table(run, "claims").to_pylist(), key=lambda row: row["place"])
+    rows = _rows(run, "claims")
+    known = {row["claim"]: row for row in rows}
+    if len(known) < len(rows):
+        raise InputFileError(f"{named(run)} holds a claim twice")
     for row in rows:
         row |= {"checks": [], "exhibits": [], "state": _member(State, row["state"], run)}
-        row["fault_state"] = None if row["fault_state"] is None else _member(State, row["fault_state"], run)
-    known = {row["claim"]: row for row in rows}
+        row["fault_state"] = _member(State, row["fault_state"], run)
     for kind in ("checks", "exhibits"):
-        for row in sorted(read_table(run, kind).to_pylist(), key=lambda row: row["place"]):
+        for part in sorted((run / "claims").glob("*.parquet")):
+            if not (run / kind / part.name).is_file():
+                raise InputFileError(f"{named(run / kind / part.name)} is missing")
+        for row in _rows(run, kind):
             if row["claim"] in known:  # a claim is written last: without it, its parts are of a run that was broken off
                 known[row["claim"]][kind].append(row)
     for row in rows:
@@ -107,7 +133,19 @@ def _claims(run: Path) -> list[dict[str, Any]]:
             check |= {name: _read(check[name], run) for name in ("found", "asked")}
             check["role"] = _member(Role, check["role"], run)
         row["exhibits"] = [_exhibit(one, run) for one in row["exhibits"]]
+        checks = tuple(Check(**{field.name: check[field.name] for field in fields(Check)}) for check in row["checks"])
+        if (state := Evidence(checks, ()).state) is not row["state"]:
+            raise InputFileError(f"{named(run)}: {line(row['claim'])} is kept as {row['state']}; its checks say {state}")
     return rows
+
+
+def _rows(run: Path, kind: str) -> list[dict[str, Any]]:
+    """The rows of a table in their order; refused where one is silent on what each must say."""
+    table = read_table(run, kind)
+    for name in table.column_names:
+        if name != "seconds" and table[name].null_count:
+            raise InputFileError(f"{named(run / kind)}: a row has no {name}")
+    return sorted(table.to_pylist(), key=lambda row: row["place"])
 
 
 def _member(kind: Any, name: str, run: Path) -> Any:
@@ -133,12 +171,15 @@ def _exhibit(row: Mapping[str, Any], run: Path) -> exhibit.Exhibit:
         if row["kind"] == "plot":
             made |= {name: exhibit.Axis(**made[name]) for name in ("x", "y")}
             made["series"] = tuple(exhibit.Series(**one) for one in made["series"])
-        found = _EXHIBITS[row["kind"]](**made)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputFileError(
-            f"{named(run)}: an exhibit of {row['claim']} is not one that this version knows: {error}"
-        ) from error
-    return found
+        return _EXHIBITS[row["kind"]](**made)
+    except (LookupError, TypeError, ValueError) as error:
+        raise _unknown(row["claim"], error) from error
+
+
+def _unknown(claim: str, error: Exception) -> InputFileError:
+    return InputFileError(
+        f"an exhibit of {line(claim)} is not one that this version knows: {type(error).__name__}: {line(error)}"
+    )
 
 
 # ---- what the page says -----------------------------------------------------------------------------------------------------
@@ -158,7 +199,7 @@ def _render(about: dict[str, Any], claims: list[dict[str, Any]], most: int) -> s
         "sections": [(name, SECTIONS[name], sections[name]) for name in sorted(sections, key=order.index)],
         "counts": [(state, *STATES[state], [row for row in shown if row["state"] is state]) for state in State],
         "states": STATES, "roles": ROLES, "noticed": sum(bool(row["noticed"]) for row in claims),
-        "lead": _lead(claims), "columns": 3 if len(claims) + 2 * len(sections) <= 66 else 4,
+        "lead": _lead(claims), "columns": 3 if len(claims) + 2 * len(sections) <= 84 else 4,
         "state_class": {str(state): words[0] for state, words in STATES.items()},
         "data_charts": page.embedded_json(charts),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
@@ -193,7 +234,7 @@ def _lead(claims: list[dict[str, Any]]) -> str:
 
 def _packages(about: Mapping[str, Any]) -> str:
     """The versions that the claims rest on, on one line; all others stand below."""
-    held = about["packages"] if isinstance(about["packages"], dict) else {}
+    held = about["packages"]
     first = [f"{name} {held[name]}" for name in ("numpy", "scipy", "numba", "python-flint", "casadi", "pin") if name in held]
     return ", ".join([f"velocity-sandbox {about['sandbox_version'] or '–'}", f"Python {about['python']}", *first])
 
@@ -206,14 +247,20 @@ def _shown(row: dict[str, Any], charts: dict[str, Any], most: int) -> dict[str, 
         if check["range"] and not check["holds"] and check["role"] in (Role.REACH, Role.PRINTED)
     ]  # fmt: skip
     figures = [one for one in row["exhibits"] if not isinstance(one, exhibit.Table)]
-    widths = iter(chart.layout(figures))
+    try:
+        widths = iter(chart.layout(figures))
+    except (AttributeError, TypeError, ValueError) as error:
+        raise _unknown(row["claim"], error) from error
     exhibits = []
     for place, one in enumerate(row["exhibits"]):
-        if isinstance(one, exhibit.Table):
-            exhibits.append({"kind": "table", **_table(one)})
-            continue
-        width = next(widths)
-        drawn = chart.drawn(one, width=width, most=most)
+        try:
+            if isinstance(one, exhibit.Table):
+                exhibits.append({"kind": "table", **_table(one)})
+                continue
+            width = next(widths)
+            drawn = chart.drawn(one, width=width, most=most)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            raise _unknown(row["claim"], error) from error  # numbers that are none, columns that are no list
         key = f"{row['claim']}~{place}"
         if drawn.data:
             charts[key] = drawn.data
@@ -221,7 +268,7 @@ def _shown(row: dict[str, Any], charts: dict[str, Any], most: int) -> dict[str, 
             {
                 "kind": one.kind, "key": key, "wide": width == chart.WIDE, "svg": Markup(drawn.svg), "left_out": drawn.left_out,
                 "caption": tex.text(one.caption), "title": tex.plain(one.caption),
-                "keys": [(line.name, Markup(line.mark)) for line in drawn.keys],
+                "keys": [(series.name, Markup(series.mark)) for series in drawn.keys],
             }
         )  # fmt: skip
     worded = {key: tex.text(row[key] or "") for key in ("says", "tested", "accepted", "first_words", "second_words", "fault")}
@@ -303,11 +350,7 @@ def _said(value: Any) -> Markup:
     if isinstance(value, (int, float)):
         words = page.count(value).replace("-", "−") if isinstance(value, int) else page.number(value, 3)
         return Markup('<span class="number">{}</span>').format(words)
-    return Markup("–") if value is None else tex.text(re.sub(r"(?<=\d)e([+-])0*(\d+)", _exponent, str(value)))
-
-
-def _exponent(found: re.Match[str]) -> str:
-    return f"e{'−' if found[1] == '-' else ''}{found[2]}"
+    return Markup("–") if value is None else tex.text(str(value))
 
 
 def _table(table: exhibit.Table) -> dict[str, Any]:
@@ -316,8 +359,11 @@ def _table(table: exhibit.Table) -> dict[str, Any]:
         any(_is_number(row[j]) for row in table.rows) and all(_is_number(row[j]) or row[j] is None for row in table.rows)
         for j in range(len(table.columns))
     ]
-    columns = [(tex.text(name), name in table.paper, right) for name, right in zip(table.columns, numeric, strict=True)]
-    rows = [[(_said(cell), *columns[j][1:]) for j, cell in enumerate(row)] for row in table.rows]
+    columns = [
+        (tex.text(name), name in table.paper, right, name in table.paper and "paper" not in name.lower())
+        for name, right in zip(table.columns, numeric, strict=True)
+    ]
+    rows = [[(_said(cell), *columns[j][1:3]) for j, cell in enumerate(row)] for row in table.rows]
     return {"caption": tex.text(table.caption), "title": tex.plain(table.caption), "columns": columns, "rows": rows}
 
 

@@ -14,6 +14,8 @@ Element = ElementTree.Element
 
 _INLINE = re.compile(r"(?<!\\)\$(.+?)(?<!\\)\$", re.DOTALL)
 
+_POWER = re.compile(r"(?<=\d)e([+-])0*(\d+)\b")
+
 _MARKS = re.compile(r"[.,;:!?)\]’”-]+")
 
 _RELATIONS = "=<>≤≥≠≈∈×·→±≪≫∼≡≺≻⪰⪯∩∪⊂⊆"
@@ -79,14 +81,18 @@ def plain(words: str) -> str:
 
 
 def _parts(words: str) -> list[tuple[str, bool]]:
-    """Text and TeX in turns; a dollar without its second is a dollar."""
+    """Text and TeX in turns; a dollar without its second is a dollar, and a power of ten as the page has it, 8e−6."""
     out: list[tuple[str, bool]] = []
     place = 0
     for found in _INLINE.finditer(words):
         out += [(words[place : found.start()], False), (found[1], True)]
         place = found.end()
     out.append((words[place:], False))
-    return [(part if math else part.replace(r"\$", "$"), math) for part, math in out if part]
+    return [(part if math else _POWER.sub(_power, part.replace(r"\$", "$")), math) for part, math in out if part]
+
+
+def _power(found: re.Match[str]) -> str:
+    return f"e{'−' if found[1] == '-' else ''}{found[2]}"
 
 
 @lru_cache(maxsize=4096)

@@ -31,6 +31,9 @@ TimeLimit = Annotated[float, typer.Option("--time-limit", min=0.001, help="secon
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run that --out already holds")]
 Names = list[str] | None
 
+LARGEST_SEED = 2**63 - 1
+"""A seed is kept as an int64."""
+
 
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -381,11 +384,11 @@ def _parameters(given: list[str], methods: list[Any]) -> dict[str, dict[str, Any
 def paper(
     claim: Annotated[Names, typer.Option("--claim", help="a claim of `list claims`; repeat for several [all]")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="every claim at the reduced size of the tests")] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="of everything drawn")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, max=LARGEST_SEED, help="of everything drawn")] = 0,
     out: Annotated[Path | None, typer.Option("--out", help="run folder [runs/paper-DATE]")] = None,
     page: Annotated[Path, typer.Option("--page", help="where the HTML goes")] = Path("reports/out/paper.html"),
     overwrite: Overwrite = False,
-    jobs: Jobs = _cores(),
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="claims examined at the same time")] = _cores(),
 ) -> None:
     """Examine the paper claim by claim, and write the page that shows the evidence.
 
@@ -399,14 +402,16 @@ def paper(
     from sandbox.claims.ledger import carry_out, chosen
     from sandbox.claims.table import CLAIMS
     from sandbox.records import read_table
-    from sandbox.run_folder import default_folder
+    from sandbox.run_folder import default_folder, refuse_foreign
 
     claims, folder = chosen(CLAIMS, claim), out or default_folder("paper")
-    words = ["sandbox", "paper", *(word for name in claim or () for word in ("--claim", name))]
+    refuse_foreign(folder, overwrite)
+    _refuse_no_file(page)
+    words = ["sandbox", "paper", *(word for one in claims if claim for word in ("--claim", one.name))]
     words += [*(["--quick"] if quick else []), "--seed", str(seed)]
     with _bar() as tell:
         content = carry_out(
-            claims, folder, command=shlex.join(words), overwrite=overwrite, told=tell,
+            claims, folder, command=shlex.join(words), overwrite=overwrite, told=tell, ledger=len(CLAIMS),
             trial=Trial(full=not quick, seed=seed, jobs=jobs),
         )  # fmt: skip
     rows = read_table(folder, "claims").sort_by("place").to_pylist()
@@ -416,12 +421,27 @@ def paper(
         for row in rows
     ])  # fmt: skip
     console = _console()
-    counts = ", ".join(f"{sum(row['state'] == state for row in rows)} {state}" for state in State)
-    told = f"{len(rows)} claims: {counts}; {content['timing']['wall']:.1f} s; evidence in {folder}"
+    number = {state: sum(row["state"] == state for row in rows) for state in State}
+    counts = ", ".join(f"{count} {state}" for state, count in number.items() if count)
+    told = f"{len(rows)} claim{'s' * (len(rows) != 1)}: {counts}; {content['timing']['wall']:.1f} s; evidence in {folder}"
     console.print(told, markup=False, highlight=False)
-    _written(write_paper(folder, page))
+    try:
+        _written(write_paper(folder, page))
+    except OSError as error:
+        raise InputFileError(f"{error}; the evidence is kept: `sandbox report {folder} --page FILE` writes its page") from error
     if any(row["state"] == State.UNSOUND or not row["noticed"] for row in rows):
         raise typer.Exit(1)
+
+
+def _refuse_no_file(page: Path) -> None:
+    """Let --page be a file that can be there: told before the work is done, not after it."""
+    if page.is_dir():
+        raise InputFileError(f"{page} is a folder; --page names a file")
+    above = next(folder for folder in page.absolute().parents if folder.exists())
+    if not above.is_dir():
+        raise InputFileError(f"{above} is a file; --page {page} cannot lie in it")
+    if not os.access(above, os.W_OK):
+        raise InputFileError(f"{above} cannot be written to; name another file with --page")
 
 
 def _written(page: Path) -> None:
@@ -440,10 +460,10 @@ def report(
     from reports.verification import write_report
     from sandbox.records import read_run
 
-    if read_run(folder).get("kind") == "paper":
-        _written(write_paper(folder, page or Path("reports/out/paper.html")))
-    else:
-        _written(write_report(folder, page or Path("reports/out/verification.html")))
+    of_paper = read_run(folder).get("kind") == "paper"
+    page = page or Path("reports/out") / ("paper.html" if of_paper else "verification.html")
+    _refuse_no_file(page)
+    _written(write_paper(folder, page) if of_paper else write_report(folder, page))
 
 
 @app.command()
@@ -562,7 +582,6 @@ def main() -> None:
     except typer.Exit as stop:
         status = stop.exit_code
     except KeyboardInterrupt:
-        print("interrupted; what was done is kept", file=sys.stderr)
         status = 130
     except (typer.Abort, OSError, UnicodeError) as error:
         print(f"error: {error}", file=sys.stderr)
@@ -574,6 +593,8 @@ def main() -> None:
             status = error.exit_code
         else:
             raise
+    if status == 130:  # typer, too, makes this of Ctrl-C
+        print("interrupted; what was done is kept", file=sys.stderr)
     sys.exit(status or 0)
 
 

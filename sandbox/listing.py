@@ -87,10 +87,11 @@ def _paths() -> list[dict[str, Any]]:
 
 
 def _claims() -> list[dict[str, Any]]:
+    from reports.tex import plain
     from sandbox.claims.table import CLAIMS
 
     return [
-        {"name": claim.name, "where": claim.place, "claim": claim.title, "planted fault": claim.fault.words.replace("$", "")}
+        {"name": claim.name, "where": claim.place, "claim": claim.title, "planted fault": plain(claim.fault.words)}
         for claim in CLAIMS.values()
     ]
 

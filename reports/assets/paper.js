@@ -122,8 +122,8 @@ function colours(figure, data) { // as the still drawing has them
   });
 }
 
-function axisOf(side, base, vertical, categories) {
-  const axis = { ...base, title: { ...base.title, text: vertical ? "" : plain(side.title) }, range: side.range, type: side.log ? "log" : "linear", zeroline: false, showline: true, ticks: "outside", ticklen: 3 };
+function axisOf(side, base, vertical, categories, room) {
+  const axis = { ...base, title: { ...base.title, text: vertical ? "" : wrapped(side.title, room) }, range: side.range, type: side.log ? "log" : "linear", zeroline: false, showline: true, ticks: "outside", ticklen: 3 };
   if (side.ticks) Object.assign(axis, { tickmode: "array", tickvals: side.ticks.map(([at]) => (side.log ? 10 ** at : at)), ticktext: side.ticks.map(([, words]) => plain(words)) });
   else Object.assign(axis, { nticks: vertical ? 7 : 8, exponentformat: "power" });
   if (categories && !vertical) axis.tickangle = "auto";
@@ -144,6 +144,9 @@ function plotOf(figure, data) {
   const [px, py] = [place(data.x), place(data.y)], [tx, ty] = [told(data.x), told(data.y)];
   const order = { bound: 0, ours: 1, other: 2, paper: 3 };
   const traces = [], shapes = [], annotations = [];
+  const narrow = figure.clientWidth < 0.85 * figure.querySelector(".still svg").viewBox.baseVal.width; // a phone
+  const room = Math.max(24, Math.floor(figure.clientWidth / 6.4)); // letters of a line
+  let rows = 0; // of names above the box
   const off = figure.off ??= new Set();
   const label = (name, x, y, more) => [`<b>${wrapped(name || "value", 44)}</b>`, `${wrapped(data.x.title, 40)}: ${plain(x)}`, `${wrapped(data.y.title, 40)}: ${plain(y)}`, ...(more ? [wrapped(more, 52)] : [])].join("<br>");
   const ordered = data.series.map((series, k) => [series, k]).sort(([a], [b]) => order[a.role] - order[b.role]);
@@ -158,13 +161,18 @@ function plotOf(figure, data) {
         if (x === null) return;
         const where = at(x);
         shapes.push({ type: "line", layer: "above", line: { color: colour, width, dash }, ...(upright ? { x0: where, x1: where, yref: "paper", y0: 0, y1: 1 } : { y0: where, y1: where, xref: "paper", x0: 0, x1: 1 }) });
-        const words = `<b>${wrapped(series.name, 44)}</b><br>${wrapped(side.title, 40)}: ${plain((upright ? tx : ty)(x))}`;
+        const label = `<b>${wrapped(series.name, 44)}</b><br>${wrapped(side.title, 40)}: ${plain((upright ? tx : ty)(x))}`;
         const along = Array.from({ length: 25 }, (_, i) => (low.log ? ends[0] * (ends[1] / ends[0]) ** (i / 24) : ends[0] + (ends[1] - ends[0]) * (i / 24)));
         const across = along.map(() => where);
-        traces.push({ ...hover, type: "scatter", mode: "markers", marker: { opacity: 0, size: 8, color: colour }, x: upright ? across : along, y: upright ? along : across, hovertext: along.map(() => words) });
+        traces.push({ ...hover, type: "scatter", mode: "markers", marker: { opacity: 0, size: 8, color: colour }, x: upright ? across : along, y: upright ? along : across, hovertext: along.map(() => label) });
+        if (j || !series.name) return;
         const named = series.role !== "paper" || /paper/i.test(series.name) ? series.name : `${series.name} (paper)`;
-        if (!j) annotations.push({ text: plain(named.length > 40 ? `${named.slice(0, 39)}…` : named), showarrow: false, font: { color: series.role === "bound" ? css("--muted") : colour, size: 11 }, bgcolor: faint(paper, 0.8), borderpad: 1,
-          ...(upright ? { x: side.log ? Math.log10(where) : where, xanchor: "left", yref: "paper", y: 1 - 0.055 * annotations.length, yanchor: "top" } : { y: side.log ? Math.log10(where) : where, yanchor: "bottom", xref: "paper", x: 1, xanchor: "right" }) });
+        const words = { text: plain(named.length > 40 ? `${named.slice(0, 39)}…` : named), font: { color: series.role === "bound" ? css("--muted") : colour, size: 11 }, borderpad: 1 };
+        if (!upright) { annotations.push({ ...words, showarrow: false, bgcolor: faint(paper, 0.8), y: side.log ? Math.log10(where) : where, yanchor: "bottom", xref: "paper", x: 1, xanchor: "right" }); return; }
+        const row = narrow ? rows++ : series.row, share = (side.log ? Math.log10(where) : where) - side.range[0];
+        const back = narrow ? share > 0.5 * (side.range[1] - side.range[0]) : series.back;
+        rows = Math.max(rows, row + 1);
+        annotations.push({ ...words, showarrow: true, arrowhead: 0, arrowcolor: colour, arrowwidth: width, ax: 0, ay: -13 * row - 10, standoff: 0, x: side.log ? Math.log10(where) : where, xanchor: back ? "right" : "left", yref: "paper", y: 1, yanchor: "middle" });
       });
       continue;
     }
@@ -181,8 +189,8 @@ function plotOf(figure, data) {
       marker: { color: x.length > 3000 ? faint(colour, 0.35) : many ? faint(colour, 0.6) : colour, symbol, size: many || series.role === "bound" ? 3.6 : x.length > 60 ? 5 : 7, line: { width: series.hollow ? 1.5 : 0, color: colour } },
       hovertext: x.map((_, j) => label(series.name, tx(series.x[j]), ty(series.y[j]), series.text?.[j])) });
   }
-  annotations.push({ text: wrapped(data.y.title, Math.max(24, Math.floor(figure.clientWidth / 6.4))), showarrow: false, xref: "paper", yref: "paper", x: 0, xanchor: "left", xshift: -Math.min(data.left, 60) + 4, y: 1, yanchor: "bottom", yshift: 6, align: "left", font: { size: 11.5, color: css("--ink") } });
-  return [traces, { ...layout, shapes, annotations, margin: { l: 44, r: 14, t: 28, b: 44 }, xaxis: axisOf(data.x, axis, false, data.x.names.length), yaxis: axisOf(data.y, axis, true, data.y.names.length) }];
+  annotations.push({ text: wrapped(data.y.title, room), showarrow: false, xref: "paper", yref: "paper", x: 0, xanchor: "left", xshift: -Math.min(data.left, 60) + 4, y: 1, yanchor: "bottom", yshift: 6 + 13 * rows, align: "left", font: { size: 11.5, color: css("--ink") } });
+  return [traces, { ...layout, shapes, annotations, margin: { l: 44, r: 14, t: 28 + 13 * rows, b: 44 }, xaxis: axisOf(data.x, axis, false, data.x.names.length, room), yaxis: axisOf(data.y, axis, true, data.y.names.length) }];
 }
 
 const TINTS = 11;

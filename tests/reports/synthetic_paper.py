@@ -87,12 +87,12 @@ def plots() -> tuple[Exhibit, ...]:
         ),
         Heat("No cells", "x", "y", (), (), []),
         Table(
-            f"Counts {HOSTILE}", ("method", "paper", "ours", "ratio $r$", "text"),
+            f"Counts {HOSTILE}", ("method", "printed", "ours", "ratio $r$", "text"),
             (
                 ("(2)–(5), $W = I$", 330, 330, 1.0, None), ("(6)", 195, 195, float("nan"), HOSTILE),
                 (LONG, None, -7, 1e-300, BROKEN),
             ),
-            paper=("paper",),
+            paper=("printed",),
         ),
         Table("No rows", ("a", "b"), ()),
         Table("Long", ("k", "k squared"), tuple((k, k * k) for k in range(60))),
@@ -141,7 +141,7 @@ def rows() -> list[Row]:
             title=f"{HOSTILE} {BROKEN}", where=HOSTILE, says=f"{HOSTILE} {BROKEN}", formula=r"\begin{matrix} <b> & \frac{",
             fault=HOSTILE,
         ),
-        Row("bare", State.REPRODUCED, (), (), where="", says="", fault=""),
+        Row("bare", State.UNSOUND, (), (), where="", says="", fault=""),
     ]  # fmt: skip
 
 

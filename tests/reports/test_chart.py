@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from xml.etree import ElementTree
@@ -149,3 +150,27 @@ def test_colours_follow_the_scheme_and_keep_their_contrast() -> None:
         for tint in tints:
             high, low = sorted((luminance(ink), luminance(tint)), reverse=True)
             assert (high + 0.05) / (low + 0.05) >= 4.5, (ink, tint)
+
+
+@pytest.mark.parametrize("at", [(1, 2, 3), (3, 2, 1), (1, 1.1, 9), (8, 8.9, 9), (0, 5, 9.9), (5,)])
+@pytest.mark.parametrize("name", ["c", "a name of some length", "a name as long as a name can be in a plot"])
+def test_names_of_rules_lie_apart_above_the_plot(at: tuple[float, ...], name: str) -> None:
+    """No name lies on another or on the plot, none leaves it, and the rules that a name lies over have lower ones."""
+    axis = Axis("x", low=0, high=10)
+    rules = tuple(Series(f"{name} {k}", [x], [], "vertical", "bound") for k, x in enumerate(at))
+    plot = Plot("c", axis, axis, (Series("s", [0, 10], [0, 10], "line"), *rules))
+    found = chart.drawn(plot, width=chart.WIDE)
+    marks = re.findall(r'<text class="halo bound( e)?" x="([\d.]+)" y="([\d.]+)">([^<]+)</text>', found.svg)
+    rule = re.compile(r'<path class="bound x[^"]*" d="M([\d.]+) ([\d.]+)V([\d.]+)"')
+    tops = {float(x): float(y) for x, y, _ in rule.findall(found.svg)}
+    top = float(re.search(r'<path class="a" d="M[\d.]+ ([\d.]+)v', found.svg)[1])  # type: ignore[index]
+    assert len(marks) == len(at) == len(tops)
+    spans = []
+    for back, x, y, words in marks:
+        wide = 6.3 * len(words)
+        low, high = (float(x) - wide, float(x)) if back else (float(x), float(x) + wide)
+        assert float(y) < top and high <= chart.WIDE
+        assert all(not low < stands < high or reaches > float(y) - 4 for stands, reaches in tops.items())
+        spans.append((low, high, float(y)))
+    for (low, high, y), (other_low, other_high, other_y) in itertools.combinations(spans, 2):
+        assert y != other_y or high <= other_low or other_high <= low

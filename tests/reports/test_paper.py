@@ -10,6 +10,7 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pytest
@@ -19,7 +20,7 @@ from reports.paper import write_paper
 from sandbox.claims.claim import Check, Role, State
 from sandbox.claims.exhibit import Axis, Plot, Series
 from sandbox.errors import InputFileError
-from sandbox.records import CLAIMS, EXHIBITS, write_json, write_parquet
+from sandbox.records import CHECKS, CLAIMS, EXHIBITS, write_json, write_parquet
 from tests.reports.synthetic_paper import HOSTILE, LONG, Row, rows, write_paper_run
 
 
@@ -109,7 +110,7 @@ def test_the_summary_counts_the_states_and_the_faults(text: str) -> None:
         tile = re.search(rf'<div class="tile s-{kind}[^>]*>(.*?)</div>', text, re.DOTALL)[1]  # type: ignore[index]
         assert f'<span class="figure">{count}</span> <span class="words">{state}</span>' in tile and letter in tile
     assert '<span class="figure">6<small> of 7</small></span> <span class="words">planted faults noticed' in text
-    assert "Of 7 claims 3 reproduced, 1 reproduced with a range" in text
+    assert "Of 7 claims 2 reproduced, 1 reproduced with a range" in text
     assert "not noticed" in article(text, "broken") and "not noticed" not in article(text, "holds")
     assert len({letter for _, letter, _ in paper.STATES.values()}) == len(State)
 
@@ -148,7 +149,7 @@ def test_many_checks_of_one_pattern_fold_into_a_line(text: str) -> None:
 def test_tables_mark_what_the_paper_prints(text: str) -> None:
     """A printed column has its tag, numbers are set right and read well, and what is no number is a dash."""
     own = article(text, "hostile")
-    assert re.search(r'<th scope="col" class="num paper">paper <span class="tag">paper</span></th>', own)
+    assert re.search(r'<th scope="col" class="num paper">printed <span class="tag">paper</span></th>', own)
     assert '<td class="num paper"><span class="number">330</span></td>' in own
     assert '<span class="number">1.00e−300</span>' in own and '<span class="number">−7</span>' in own
     assert '<td class="num "><span class="number">–</span></td>' in own or '<td class="num ">–</td>' in own
@@ -190,10 +191,61 @@ def test_a_run_without_claims_and_one_broken_off_say_so(tmp_path: Path) -> None:
     orphan = pa.Table.from_pylist([{"claim": "lost", "place": 0, "kind": "table", "content": "{}"}], EXHIBITS)
     write_parquet(orphan, tmp_path / "none" / "exhibits" / "00-lost.parquet")
     empty = Outline(write_paper(tmp_path / "none", tmp_path / "none.html").read_text())
-    assert "This run was broken off: 0 claims" in empty.text and "No claim was examined" in empty.text
+    assert "This run was broken off and is incomplete: 0 claims had" in empty.text and "No claim was examined" in empty.text
     write_paper_run(tmp_path / "one", [Row("only", State.REPRODUCED, (Check("c", True, 1, "1"),))], full=False)
     said = Outline(write_paper(tmp_path / "one", tmp_path / "one.html").read_text()).text
     assert "The claim is reproduced." in said and "reduced size" in said
+
+
+def test_a_run_of_some_claims_says_so(tmp_path: Path) -> None:
+    """How many were asked for of how many there are, and how many of those were examined where it was broken off."""
+    for about, said in (
+        ({"planned": 7, "ledger": 63}, "Only 7 of the 63 claims of the paper were asked for: --claim."),
+        ({"planned": 9, "ledger": 9, "complete": False}, "broken off and is incomplete: 7 of 9 claims had been"),
+        ({"planned": 9, "ledger": 63, "complete": False}, "Only 9 of the 63 claims of the paper were asked for"),
+    ):
+        write_paper_run(tmp_path / "run", **about)
+        assert said in " ".join(Outline(write_paper(tmp_path / "run", tmp_path / "p.html").read_text()).text.split())
+    write_paper_run(tmp_path / "run", planned=7, ledger=7)
+    whole = Outline(write_paper(tmp_path / "run", tmp_path / "p.html").read_text()).text
+    assert "asked for" not in whole and "broken off" not in whole
+
+
+def test_a_state_that_its_checks_do_not_say_is_refused(tmp_path: Path) -> None:
+    """A state typed into the run, or checks that were lost, are found out."""
+    for row in rows()[:4]:
+        other = State.REPRODUCED if row.state is not State.REPRODUCED else State.RANGE
+        write_paper_run(tmp_path / row.name, [replace(row, state=other)])
+        with pytest.raises(InputFileError, match=f"{row.name} is kept as {other}; its checks say {row.state}"):
+            write_paper(tmp_path / row.name)
+
+
+def test_a_row_that_is_silent_or_a_plot_without_numbers_is_refused(tmp_path: Path) -> None:
+    """By the column that says nothing; by the claim whose exhibit holds words for numbers."""
+    for kind, schema, column in (("claims", CLAIMS, "title"), ("claims", CLAIMS, "place"), ("checks", CHECKS, "says")):
+        folder = tmp_path / f"{kind}-{column}"
+        write_paper_run(folder, rows()[:1])
+        part = next((folder / kind).glob("*.parquet"))
+        table = [{**row, column: None} for row in pa.parquet.read_table(part).to_pylist()]
+        write_parquet(pa.Table.from_pylist(table, schema), part)
+        with pytest.raises(InputFileError, match=f"{kind}: a row has no {column}"):
+            write_paper(folder)
+    axis, line = {"title": "x"}, {"name": "s", "y": [1]}
+    wrong: list[tuple[str, dict[str, Any]]] = [
+        ("plot", {"x": axis, "y": axis, "series": [{**line, "x": "words"}]}),
+        ("plot", {"x": axis, "y": axis, "series": [{**line, "x": [[1], [2, 3]]}]}),
+        ("plot", {"x": axis, "y": axis, "series": [{**line, "x": [1], "role": "theirs"}]}),
+        ("plot", {"x": {"title": 7}, "y": axis, "series": []}),
+        ("heat", {"x": "x", "y": "y", "columns": ["a"], "rows": ["b"], "values": 3}),
+        ("table", {"columns": ["a"], "rows": [["1", "2"]]}), ("table", {"columns": 4, "rows": []}),
+    ]  # fmt: skip
+    for number, (kind, content) in enumerate(wrong):
+        folder = tmp_path / str(number)
+        write_paper_run(folder, rows()[:1])
+        bad = {"claim": "holds", "place": 9, "kind": kind, "content": json.dumps({"caption": "c"} | content)}
+        write_parquet(pa.Table.from_pylist([bad], EXHIBITS), folder / "exhibits" / "99-bad.parquet")
+        with pytest.raises(InputFileError, match="an exhibit of holds is not one that this version knows"):
+            write_paper(folder)
 
 
 def test_a_folder_that_is_no_run_of_claims_is_refused(tmp_path: Path) -> None:

@@ -93,3 +93,15 @@ def test_no_text_raises_or_leaves_mathml(source: str) -> None:
 def test_a_title_has_letters_and_marks_alone(source: str, words: str) -> None:
     """Where MathML cannot stand, TeX is told in plain letters."""
     assert tex.plain(source) == unicodedata.normalize("NFC", words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("up to 1.3e-03 m", "up to 1.3e−3 m"), ("1e+06 samples", "1e6 samples"), ("4.0e-10, 2e-7", "4.0e−10, 2e−7"),
+        ("table-1, v2e, the-3", "table-1, v2e, the-3"), ("1e-00", "1e−0"),
+    ],
+)  # fmt: skip
+def test_a_power_of_ten_is_written_as_numbers_of_the_page_are(words: str, said: str) -> None:
+    """Captions and labels say 8e−6 where a program would print 8e-06."""
+    assert tex.plain(words) == said and str(tex.text(words)) == said
