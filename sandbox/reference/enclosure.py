@@ -1,0 +1,290 @@
+"""Rigorous enclosures at the speed of floats: the minimiser, its multipliers, condition (7) and rank, in float64 alone.
+
+For J of full row rank and N'WN > 0, which it proves. Rounding errors are bounded a priori, and every bound is rounded up
+by `UP`, so that what is proved holds whatever the data. The approximate answer, inverse and null vectors may come from
+anywhere: they come from eq. (6). After S. M. Rump, "Verification methods: rigorous results using floating-point
+arithmetic", Acta Numerica 19, 2010 (I - RB small proves B regular and bounds what is left), S. M. Rump, "Verification of
+positive definiteness", BIT 46, 2006, and T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
+Comput. 26(6), 2005 (residuals in twice the precision, by the error-free transformations of Knuth and Dekker).
+
+The text is one problem's; it is traced to code for eight problems side by side (`lanes.py`), so a comparison is a demand:
+where it does not hold, nothing is proved and the problem goes to exact arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, reduce
+from typing import Any
+
+import numpy as np
+
+from sandbox import lanes
+from sandbox.closed_form import kernels, vectorised
+from sandbox.closed_form.vectorised import Exchanges, identity_below, larger, threads, traced, zeros
+from sandbox.lanes import Code, Machine
+from sandbox.problem import VelocityProblem
+from sandbox.tolerances import UNIT
+
+Array = np.ndarray
+
+UP = 1.0 + 2.0**-30
+"""A bound is a sum of fewer than 2^20 products of numbers that are not negative: computed, it is off by less than this."""
+
+CONTRACTION = 0.25
+"""Norm of I - RB up to which R is taken for an inverse of B."""
+
+SPLITTER = 2.0**27 + 1.0
+
+SMALLEST, LARGEST = 2.0**-200, 2.0**200
+"""Nonzero entries outside go to exact arithmetic: error-free products could underflow or overflow."""
+
+TINY = 5e-324
+"""Below the smallest positive number there is zero alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """What was proved of a stack of B problems, task exact; NaN where nothing was.
+
+    proved (B,) : J has full row rank, N'WN > 0, and the minimiser is unique
+    x (B, n), y (B, m) : nearest floats known of minimiser and multipliers
+    x_low, y_low : what is to be added for the whole centre; x_radius, y_radius : the exact ones are no further from it
+    """
+
+    proved: Array
+    x: Array
+    x_low: Array
+    x_radius: Array
+    y: Array
+    y_low: Array
+    y_radius: Array
+
+
+def enclosed(problem: VelocityProblem) -> Enclosure:
+    """Enclose every minimiser of a stack with one leading axis, m <= n."""
+    B, m, n = len(problem), problem.m, problem.n
+    W = problem.W
+    parts = [problem.J, problem.xdot, W.base, *((W.E, W.gamma) if W.E is not None else ()), problem.a]
+    given = [np.ascontiguousarray(part.reshape(B, -1)) for part in parts]
+    out = [np.empty((B, size)) for size in (n, n, n, m, m, m)]
+    proved = np.empty((B, 1))
+    machine(m, n, 0 if W.E is None else W.E.shape[-2])(*given, *out, proved, threads=threads())
+    fit = proved[:, 0] > 0
+    if not fit.all():
+        for values in out:
+            values[~fit] = np.nan
+    return Enclosure(fit, *out)
+
+
+@cache
+def machine(m: int, n: int, k: int) -> Machine:
+    """The enclosure's code for J (m, n) and a weight with k factor rows."""
+    shapes = [(m, n), (m,), (n, n), *([(k, n), (k, k)] if k else []), (n,)]
+    inputs = [int(np.prod(shape)) for shape in shapes]
+
+    def write(code: Code) -> None:
+        J, xdot, base, *factors, a = (code.given(i).reshape(shape) for i, shape in enumerate(shapes))
+        E, gamma = factors or (zeros(0, n), zeros(0, 0))
+        for part in (J, xdot, base, E, gamma, a):
+            for size in abs(part).flat:
+                demand((size > SMALLEST) | (size < TINY))
+                demand(size < LARGEST)
+        found = enclose(J, xdot, base, E, gamma, a, traced())
+        for i, values in enumerate(found):
+            for value in values:
+                demand(abs(value) < np.inf)
+            code.keep(len(inputs) + i, values)
+        code.keep(len(inputs) + 6, [code.validity()])
+
+    here = __import__(__name__, fromlist=["enclose"])
+    return Machine(f"enclose_{m}x{n}_{k}", 64, inputs, [n, n, n, m, m, m, 1], write, [kernels, vectorised, lanes, here])
+
+
+# ---- one problem -----------------------------------------------------------------------------------------------
+
+
+def enclose(
+    J: Array, xdot: Array, base: Array, E: Array, gamma: Array, a: Array, run: Mapping[str, Any]
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """(x, its rest, radius, y, its rest, radius); `run` are the kernels."""
+    m, n = J.shape
+    weight = _Weight(base, E, gamma)
+    A, N, p, x, y = zeros(n, n), identity_below(m, n), Exchanges(n), zeros(n), zeros(m)
+    t, v = zeros(2, len(E)), zeros(n)
+    run["eq6"](J, xdot, base, E, gamma, a, 1.0, True, A, N, p, zeros(n), t, v, x)
+    run["multipliers"](base, E, gamma, a, 1.0, True, A, p, t, v, x, y)
+
+    def joints(values: Array) -> Array:
+        out = zeros(n)
+        run["to_joints"](np.concatenate([values, zeros(n - len(values))]), p, out)
+        return out
+
+    def positions(values: Array) -> Array:
+        out = zeros(n)
+        run["to_positions"](values, p, out)
+        return out
+
+    pivots = np.stack([positions(row) for row in J])
+    inverse = _Inverse.of(pivots[:, :m], 0.0, _inverse(A, m, run))  # of B, the pivot columns: J has full row rank
+    # null vectors: the exact ones with the same identity below are no further off than `drift`
+    residual, size = pivots @ N, abs(pivots) @ abs(N)
+    drift = np.stack([joints(inverse.bound(column)) for column in (abs(residual) + _gamma(n) * size).T] or [zeros(n)][:0])
+    drift = drift.reshape(n - m, n)
+    Nt = np.stack([joints(column) for column in N.T] or [zeros(n)][:0]).reshape(n - m, n)
+    wide = abs(Nt) + drift  # |N*|'
+    curvature = _curvature(weight, Nt, drift, run)
+    # the answer's residuals in twice the precision, and one correction
+    r, off_r = _sum(xdot, [(-J, x)])
+    rho, off_rho = weight.residual(a, x, [(J.T, y)])
+    dx, dy = zeros(n), zeros(m)
+    run["substitute"](A, p, np.concatenate([r, -(Nt @ rho)]), dx)
+    dy[:] = positions(-(rho + weight @ dx))[:m]
+    run["transposed_substitute"](A, dy)
+    # what is left of them, in floats with its rounding, and how far that can be from the answer
+    left = abs(r - J @ dx) + _gamma(n) * (abs(r) + abs(J) @ abs(dx)) + off_r
+    rest = abs(rho + weight @ dx + J.T @ dy) + off_rho
+    rest = rest + _gamma(2 * n + m + 2 * len(E)) * (abs(rho) + weight.size(abs(dx)) + abs(J.T) @ abs(dy))
+    along = joints(inverse.bound(left))
+    ex = (along + wide.T @ curvature.bound(wide @ (rest + weight.size(along)))) * UP
+    ey = inverse.transposed_bound(positions(rest + weight.size(ex))[:m]) * UP
+    return x, dx, ex, y, dy, ey
+
+
+def demand(condition: Any) -> None:
+    """Where it does not hold nothing is proved: a traced comparison keeps that to itself, another one must hold."""
+    if not condition:
+        raise ArithmeticError("nothing is proved of this problem")
+
+
+def _gamma(terms: int) -> float:
+    """k u / (1 - k u) of a sum of so many products, rounded up generously."""
+    return 1.01 * (terms + 4) * UNIT
+
+
+def _inverse(A: Array, m: int, run: Mapping[str, Any]) -> Array:
+    """Nearly the inverse of B = L U: its rows solve B'z = e."""
+    R = identity_below(0, m)
+    for row in R:
+        run["transposed_substitute"](A[:m, :m], row)
+    return R
+
+
+def _curvature(weight: _Weight, Nt: Array, drift: Array, run: Mapping[str, Any]) -> _Inverse:
+    """Proof of condition (7): S = N'WN > 0 for the exact N, and nearly its inverse."""
+    k, n = Nt.shape
+    WN, size = weight @ Nt.T, weight.size(abs(Nt).T)
+    S = Nt @ WN
+    radius = abs(Nt) @ (weight.size(drift.T) + _gamma(2 * n + 2 * len(weight.E)) * size) + drift @ (size + weight.size(drift.T))
+    radius = (radius + radius.T) * UP
+    S = np.array([[S[max(i, j), min(i, j)] for j in range(k)] for i in range(k)], dtype=object).reshape(k, k)
+    # Rump: if the Cholesky factor of S - c I exists in floats, c at least the radius and (k + 2) u tr S, then S > 0
+    shift = (_largest(radius.sum(axis=1)) + _gamma(4 * k) * sum(abs(np.diagonal(S)))) * UP
+    L = S.copy()
+    for i in range(k):
+        L[i, i] = S[i, i] - shift
+    demand(run["cholesky"](L))
+    H = identity_below(0, k)
+    for row in H:
+        run["forward"](L, row)
+        run["backward"](L, row)
+    return _Inverse.of(S, radius, H)
+
+
+@dataclass(frozen=True)
+class _Weight:
+    """W = base + E' Gamma E, never formed; `size` is |base| v + |E|'|Gamma||E| v for v >= 0."""
+
+    base: Array
+    E: Array
+    gamma: Array
+
+    def __matmul__(self, v: Array) -> Array:
+        return self.base @ v + self.E.T @ (self.gamma @ (self.E @ v)) if len(self.E) else self.base @ v
+
+    def size(self, v: Array) -> Array:
+        plain = abs(self.base) @ v
+        return plain + abs(self.E.T) @ (abs(self.gamma) @ (abs(self.E) @ v)) if len(self.E) else plain
+
+    def residual(self, a: Array, x: Array, more: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+        """a + W x + ... in twice the precision: floats, and how far they are off."""
+        if not len(self.E):
+            return _sum(a, [(self.base, x), *more])
+        h, h_low, h_off = _pair(zeros(len(self.E)), [(self.E, x)])
+        g, g_low, g_off = _pair(zeros(len(self.E)), [(self.gamma, h)])
+        g_low = g_low + self.gamma @ h_low
+        size = abs(self.gamma)
+        g_off = (g_off + size @ h_off + _gamma(len(size)) * (size @ abs(h_low) + abs(g_low))) * UP
+        s, low, off = _pair(a, [(self.base, x), (self.E.T, g), *more])
+        size = abs(self.E.T)
+        low = low + self.E.T @ g_low
+        off = (off + size @ g_off + _gamma(len(self.E) + 1) * (size @ abs(g_low) + abs(low))) * UP
+        value = s + low
+        return value, (off + UNIT * abs(value)) * UP
+
+
+def _sum(start: Array, products: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """start + A v + ... rounded once, and a bound on its error."""
+    s, low, off = _pair(start, products)
+    value = s + low
+    return value, (off + UNIT * abs(value)) * UP
+
+
+def _pair(start: Array, products: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+    """start + A v + ... as s + low, and a bound on what that misses: Dot2 of Ogita, Rump and Oishi."""
+    s, low, size, terms = start, zeros(len(start)), abs(start), 1
+    for A, v in products:
+        high_A, low_A = _split(A)
+        high_v, low_v = _split(v)
+        for j in range(len(v)):
+            product = A[:, j] * v[j]
+            error = low_A[:, j] * low_v[j] - (
+                ((product - high_A[:, j] * high_v[j]) - low_A[:, j] * high_v[j]) - high_A[:, j] * low_v[j]
+            )
+            whole = s + product
+            part = whole - s
+            low = low + (((s - (whole - part)) + (product - part)) + error)
+            s, size, terms = whole, size + abs(product), terms + 1
+    return s, low, _gamma(2 * terms) * _gamma(2 * terms) * size * UP
+
+
+def _split(a: Array) -> tuple[Array, Array]:
+    """a = high + low, of 26 bits each (Dekker 1971)."""
+    c = SPLITTER * a
+    high = c - (c - a)
+    return high, a - high
+
+
+@dataclass(frozen=True)
+class _Inverse:
+    """R, nearly the inverse of a matrix B that is thereby proved regular; contractions bound what B^-1 is beyond R."""
+
+    R: Array
+    rows: Any
+    columns: Any
+
+    @classmethod
+    def of(cls, B: Array, radius: Array | float, R: Array) -> _Inverse:
+        """Of every matrix within `radius` of B, entry by entry."""
+        k = len(B)
+        beyond = abs(identity_below(0, k) - R @ B) + _gamma(k) * (np.eye(k) + abs(R) @ abs(B)) + abs(R) @ (zeros(k, k) + radius)
+        norms = []
+        for norm in (_largest(beyond.sum(axis=1)) * UP, _largest(beyond.sum(axis=0)) * UP):
+            if k:
+                demand(norm < CONTRACTION)
+            norms.append(norm / (1.0 - norm) * UP)
+        return cls(R, *norms)
+
+    def bound(self, v: Array) -> Array:
+        """At least |B^-1 w| for every |w| <= v: B^-1 = (I - E)^-1 R with E = I - RB."""
+        w = abs(self.R) @ v
+        return (w + self.rows * _largest(w)) * UP
+
+    def transposed_bound(self, v: Array) -> Array:
+        """At least |B'^-1 w| for every |w| <= v: B'^-1 = R'(I - E')^-1."""
+        return (abs(self.R.T) @ (v + self.columns * _largest(v))) * UP
+
+
+def _largest(values: Array) -> Any:
+    return reduce(larger, values, 0.0)
