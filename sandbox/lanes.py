@@ -109,7 +109,9 @@ class Code:
                     self.builder.store(row, place, align=self.bits // 8)
                 else:
                     name = f"llvm.masked.store.v{self.lanes}f{self.bits}.p0"
-                    self._intrinsic(name, self.ir.VoidType(), row, place, self.ir.IntType(32)(self.bits // 8), self._some(count))
+                    self._intrinsic(
+                        name, self.ir.VoidType(), row, place, self.ir.IntType(32)(self.bits // 8), self._some(count)
+                    )
 
     def _transposed(self, rows: list[Any]) -> list[Any]:
         """Entry q of row i at entry i of row q: bit by bit of the two indices."""
@@ -195,7 +197,9 @@ class Machine:
 
         texts = [Path(source.__file__ or "").read_bytes() for source in (sys.modules[__name__], *sources)]
         machine = [llvmlite.__version__, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()]
-        key = hashlib.blake2b(b"\0".join([*texts, *(word.encode() for word in (*machine, self.name, str(self.bits)))]), digest_size=16)
+        key = hashlib.blake2b(
+            b"\0".join([*texts, *(word.encode() for word in (*machine, self.name, str(self.bits)))]), digest_size=16
+        )
         return Path(__file__).parent / "__pycache__" / f"{self.name}.{key.hexdigest()}.o"
 
     def _loaded(self, code: bytes) -> Callable[..., None]:

@@ -50,7 +50,9 @@ def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64
     code, rest = np.zeros(B, dtype=np.int64), np.arange(B)
     if worth(B, n) and m <= n:
         solved = np.zeros((B, 1), dtype)
-        eq2_5_machine(m, n, True, 8 * x.dtype.itemsize)(*(v.reshape(B, -1) for v in given), x, y, shares, solved, threads=threads())
+        eq2_5_machine(m, n, True, 8 * x.dtype.itemsize)(
+            *(v.reshape(B, -1) for v in given), x, y, shares, solved, threads=threads()
+        )
         rest = np.flatnonzero(solved[:, 0] == 0)  # why they were refused, the scalar kernel says
     if len(rest):
         L, M = np.zeros((len(rest), n, n), dtype), np.zeros((len(rest), m, m), dtype)

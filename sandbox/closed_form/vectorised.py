@@ -123,7 +123,9 @@ def worth(B: int, n: int) -> bool:
 def threads() -> int:
     """Threads that a stack may take: OMP_NUM_THREADS, or all cores."""
     told = os.environ.get("OMP_NUM_THREADS", "")
-    return int(told) if told.isdigit() and int(told) else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    return (
+        int(told) if told.isdigit() and int(told) else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1
+    )
 
 
 @cache

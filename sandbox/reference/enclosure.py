@@ -13,6 +13,7 @@ where it does not hold, nothing is proved and the problem goes to exact arithmet
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, reduce
@@ -65,12 +66,10 @@ class Enclosure:
 def enclosed(problem: VelocityProblem) -> Enclosure:
     """Enclose every minimiser of a stack with one leading axis, m <= n."""
     B, m, n = len(problem), problem.m, problem.n
-    W = problem.W
-    parts = [problem.J, problem.xdot, W.base, *((W.E, W.gamma) if W.E is not None else ()), problem.a]
-    given = [np.ascontiguousarray(part.reshape(B, -1)) for part in parts]
+    given = [part.reshape(B, -1) for part in _parts(problem)]
     out = [np.empty((B, size)) for size in (n, n, n, m, m, m)]
     proved = np.empty((B, 1))
-    machine(m, n, 0 if W.E is None else W.E.shape[-2])(*given, *out, proved, threads=threads())
+    _machine("enclose", problem)(*given, *out, proved, threads=threads())
     fit = proved[:, 0] > 0
     if not fit.all():
         for values in out:
@@ -78,28 +77,70 @@ def enclosed(problem: VelocityProblem) -> Enclosure:
     return Enclosure(fit, *out)
 
 
+def inertias(problem: VelocityProblem) -> tuple[Array, Array]:
+    """(positive, negative) eigenvalues of N'WN of every member of a stack, m < n, -1 where they are not proved.
+
+    Proved where J has full row rank and no eigenvalue is within rounding of zero: with Q near the eigenvectors, Q'SQ is
+    diagonal up to less than its diagonal (Gershgorin), and has the signs of S (Sylvester).
+    """
+    B, k = len(problem), problem.n - problem.m
+    given = [part.reshape(B, -1) for part in _parts(problem, vectors=False)]
+    S, radius, proved = np.empty((B, k * k)), np.empty((B, k * k)), np.empty((B, 1))
+    _machine("reduce", problem)(*given, S, radius, proved, threads=threads())
+    fit = (proved[:, 0] > 0) & np.isfinite(S).all(axis=-1) & np.isfinite(radius).all(axis=-1)
+    S, radius = (np.where(fit[:, None], values, 0.0).reshape(B, k, k) for values in (S, radius))
+    _, Q = np.linalg.eigh(S)
+    Qt, size = np.swapaxes(Q, -1, -2), np.abs(Q)
+    turned = Qt @ S @ Q
+    off = np.swapaxes(size, -1, -2) @ (radius + _gamma(2 * k + 2) * np.abs(S)) @ size * UP
+    diagonal = np.diagonal(turned, axis1=-1, axis2=-2)
+    rest = (np.abs(turned).sum(axis=-1) - np.abs(diagonal) + off.sum(axis=-1)) * UP
+    regular = (np.abs(Qt @ Q - np.eye(k)).sum(axis=-1) + _gamma(k) * k).max(axis=-1) < CONTRACTION
+    fit &= regular & (np.abs(diagonal) > rest).all(axis=-1)
+    return tuple(np.where(fit, (sign * diagonal > 0).sum(axis=-1), -1) for sign in (1, -1))  # type: ignore[return-value]
+
+
+def _parts(problem: VelocityProblem, *, vectors: bool = True) -> list[Array]:
+    W = problem.W
+    factors = [] if W.E is None or W.gamma is None else [W.E, W.gamma]
+    matrices = [W.base, *factors]
+    parts = [problem.J, problem.xdot, *matrices, problem.a] if vectors else [problem.J, *matrices]
+    return [np.ascontiguousarray(part) for part in parts]
+
+
+def _machine(what: str, problem: VelocityProblem) -> Machine:
+    return machine(what, problem.m, problem.n, 0 if problem.W.E is None else problem.W.E.shape[-2])
+
+
 @cache
-def machine(m: int, n: int, k: int) -> Machine:
-    """The enclosure's code for J (m, n) and a weight with k factor rows."""
-    shapes = [(m, n), (m,), (n, n), *([(k, n), (k, k)] if k else []), (n,)]
+def machine(what: str, m: int, n: int, k: int) -> Machine:
+    """The code of `enclose` or `reduce` for J (m, n) and a weight with k factor rows."""
+    weights = [(n, n), *([(k, n), (k, k)] if k else [])]
+    whole = what == "enclose"
+    shapes = [(m, n), (m,), *weights, (n,)] if whole else [(m, n), *weights]
     inputs = [int(np.prod(shape)) for shape in shapes]
 
     def write(code: Code) -> None:
-        J, xdot, base, *factors, a = (code.given(i).reshape(shape) for i, shape in enumerate(shapes))
-        E, gamma = factors or (zeros(0, n), zeros(0, 0))
-        for part in (J, xdot, base, E, gamma, a):
-            for size in abs(part).flat:
-                demand((size > SMALLEST) | (size < TINY))
-                demand(size < LARGEST)
-        found = enclose(J, xdot, base, E, gamma, a, traced())
+        given = [code.given(i).reshape(shape) for i, shape in enumerate(shapes)]
+        for size in (abs(entry) for part in given for entry in part.flat):
+            demand((size > SMALLEST) | (size < TINY))
+            demand(size < LARGEST)
+        J, *others = given
+        factors = (zeros(0, n), zeros(0, 0)) if not k else None
+        if whole:
+            xdot, base, *pair, a = others
+            found: tuple[Array, ...] = enclose(J, xdot, base, *(factors or pair), a, traced())
+        else:
+            base, *pair = others
+            found = reduce_weight(J, base, *(factors or pair), traced())
         for i, values in enumerate(found):
-            for value in values:
+            for value in values.flat:
                 demand(abs(value) < np.inf)
-            code.keep(len(inputs) + i, values)
-        code.keep(len(inputs) + 6, [code.validity()])
+            code.keep(len(inputs) + i, list(values.flat))
+        code.keep(len(inputs) + len(found), [code.validity()])
 
-    here = __import__(__name__, fromlist=["enclose"])
-    return Machine(f"enclose_{m}x{n}_{k}", 64, inputs, [n, n, n, m, m, m, 1], write, [kernels, vectorised, lanes, here])
+    outputs = [n, n, n, m, m, m, 1] if whole else [(n - m) ** 2] * 2 + [1]
+    return Machine(f"{what}_{m}x{n}_{k}", 64, inputs, outputs, write, [kernels, vectorised, lanes, sys.modules[__name__]])
 
 
 # ---- one problem -----------------------------------------------------------------------------------------------
@@ -115,70 +156,89 @@ def enclose(
     t, v = zeros(2, len(E)), zeros(n)
     run["eq6"](J, xdot, base, E, gamma, a, 1.0, True, A, N, p, zeros(n), t, v, x)
     run["multipliers"](base, E, gamma, a, 1.0, True, A, p, t, v, x, y)
-
-    def joints(values: Array) -> Array:
-        out = zeros(n)
-        run["to_joints"](np.concatenate([values, zeros(n - len(values))]), p, out)
-        return out
-
-    def positions(values: Array) -> Array:
-        out = zeros(n)
-        run["to_positions"](values, p, out)
-        return out
-
-    pivots = np.stack([positions(row) for row in J])
-    inverse = _Inverse.of(pivots[:, :m], 0.0, _inverse(A, m, run))  # of B, the pivot columns: J has full row rank
-    # null vectors: the exact ones with the same identity below are no further off than `drift`
-    residual, size = pivots @ N, abs(pivots) @ abs(N)
-    drift = np.stack([joints(inverse.bound(column)) for column in (abs(residual) + _gamma(n) * size).T] or [zeros(n)][:0])
-    drift = drift.reshape(n - m, n)
-    Nt = np.stack([joints(column) for column in N.T] or [zeros(n)][:0]).reshape(n - m, n)
-    wide = abs(Nt) + drift  # |N*|'
-    curvature = _curvature(weight, Nt, drift, run)
+    frame = _Frame.of(J, A, N, p, run)
+    S, radius = frame.reduced(weight)
+    curvature = _positive(S, radius, run)
     # the answer's residuals in twice the precision, and one correction
     r, off_r = _sum(xdot, [(-J, x)])
     rho, off_rho = weight.residual(a, x, [(J.T, y)])
     dx, dy = zeros(n), zeros(m)
-    run["substitute"](A, p, np.concatenate([r, -(Nt @ rho)]), dx)
-    dy[:] = positions(-(rho + weight @ dx))[:m]
+    run["substitute"](A, p, np.concatenate([r, -(frame.Nt @ rho)]), dx)
+    dy[:] = frame.positions(-(rho + weight @ dx))[:m]
     run["transposed_substitute"](A, dy)
     # what is left of them, in floats with its rounding, and how far that can be from the answer
     left = abs(r - J @ dx) + _gamma(n) * (abs(r) + abs(J) @ abs(dx)) + off_r
     rest = abs(rho + weight @ dx + J.T @ dy) + off_rho
     rest = rest + _gamma(2 * n + m + 2 * len(E)) * (abs(rho) + weight.size(abs(dx)) + abs(J.T) @ abs(dy))
-    along = joints(inverse.bound(left))
+    along, wide = frame.joints(frame.inverse.bound(left)), abs(frame.Nt) + frame.drift  # |N*|'
     ex = (along + wide.T @ curvature.bound(wide @ (rest + weight.size(along)))) * UP
-    ey = inverse.transposed_bound(positions(rest + weight.size(ex))[:m]) * UP
+    ey = frame.inverse.transposed_bound(frame.positions(rest + weight.size(ex))[:m]) * UP
     return x, dx, ex, y, dy, ey
 
 
-def demand(condition: Any) -> None:
-    """Where it does not hold nothing is proved: a traced comparison keeps that to itself, another one must hold."""
-    if not condition:
-        raise ArithmeticError("nothing is proved of this problem")
+def reduce_weight(J: Array, base: Array, E: Array, gamma: Array, run: Mapping[str, Any]) -> tuple[Array, Array]:
+    """(S, radius): the exact N'WN is no further from S, entry by entry; J is proved to have full row rank."""
+    m, n = J.shape
+    A, N, p = zeros(n, n), identity_below(m, n), Exchanges(n)
+    run["factor_rows"](J, A, p)
+    run["null_vectors"](A, m, N)
+    return _Frame.of(J, A, N, p, run).reduced(_Weight(base, E, gamma))
 
 
-def _gamma(terms: int) -> float:
-    """k u / (1 - k u) of a sum of so many products, rounded up generously."""
-    return 1.01 * (terms + 4) * UNIT
+@dataclass(frozen=True)
+class _Frame:
+    """The pivot columns B of J with nearly their inverse, and the null vectors with how far they are off.
+
+    Nt (k, n) in the order of the joints; the exact ones with the same identity are no further from it than `drift`.
+    """
+
+    inverse: _Inverse
+    Nt: Array
+    drift: Array
+    p: Exchanges
+    run: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, J: Array, A: Array, N: Array, p: Exchanges, run: Mapping[str, Any]) -> _Frame:
+        """From the LU of J in A (m rows), its null vectors N and its exchanges p."""
+        m, n = J.shape
+        bare = cls(None, zeros(0, n), zeros(0, n), p, run)  # type: ignore[arg-type]
+        pivots = np.stack([bare.positions(row) for row in J])
+        R = identity_below(0, m)  # its rows solve B'z = e
+        for row in R:
+            run["transposed_substitute"](A[:m, :m], row)
+        inverse = _Inverse.of(pivots[:, :m], 0.0, R)  # J has full row rank
+        off = (abs(pivots @ N) + _gamma(n) * (abs(pivots) @ abs(N))).T
+        drift = np.array([bare.joints(inverse.bound(column)) for column in off], dtype=object).reshape(n - m, n)
+        Nt = np.array([bare.joints(column) for column in N.T], dtype=object).reshape(n - m, n)
+        return cls(inverse, Nt, drift, p, run)
+
+    def joints(self, values: Array) -> Array:
+        """By position, the last ones zero, in the order of the joints."""
+        n = self.p.shape[0]
+        out = zeros(n)
+        self.run["to_joints"](np.concatenate([values, zeros(n - len(values))]), self.p, out)
+        return out
+
+    def positions(self, values: Array) -> Array:
+        """By joint, in the order of the positions."""
+        out = zeros(self.p.shape[0])
+        self.run["to_positions"](values, self.p, out)
+        return out
+
+    def reduced(self, weight: _Weight) -> tuple[Array, Array]:
+        """(S, radius) of N'WN."""
+        k, n = self.Nt.shape
+        size, moved = weight.size(abs(self.Nt).T), weight.size(self.drift.T)
+        S = self.Nt @ (weight @ self.Nt.T)
+        S = np.array([[S[max(i, j), min(i, j)] for j in range(k)] for i in range(k)], dtype=object).reshape(k, k)
+        radius = abs(self.Nt) @ (moved + _gamma(2 * n + 2 * len(weight.E)) * size) + self.drift @ (size + moved)
+        return S, (radius + radius.T) * UP
 
 
-def _inverse(A: Array, m: int, run: Mapping[str, Any]) -> Array:
-    """Nearly the inverse of B = L U: its rows solve B'z = e."""
-    R = identity_below(0, m)
-    for row in R:
-        run["transposed_substitute"](A[:m, :m], row)
-    return R
-
-
-def _curvature(weight: _Weight, Nt: Array, drift: Array, run: Mapping[str, Any]) -> _Inverse:
-    """Proof of condition (7): S = N'WN > 0 for the exact N, and nearly its inverse."""
-    k, n = Nt.shape
-    WN, size = weight @ Nt.T, weight.size(abs(Nt).T)
-    S = Nt @ WN
-    radius = abs(Nt) @ (weight.size(drift.T) + _gamma(2 * n + 2 * len(weight.E)) * size) + drift @ (size + weight.size(drift.T))
-    radius = (radius + radius.T) * UP
-    S = np.array([[S[max(i, j), min(i, j)] for j in range(k)] for i in range(k)], dtype=object).reshape(k, k)
+def _positive(S: Array, radius: Array, run: Mapping[str, Any]) -> _Inverse:
+    """Proof that every matrix within `radius` of S is positive definite: condition (7); and nearly its inverse."""
+    k = len(S)
     # Rump: if the Cholesky factor of S - c I exists in floats, c at least the radius and (k + 2) u tr S, then S > 0
     shift = (_largest(radius.sum(axis=1)) + _gamma(4 * k) * sum(abs(np.diagonal(S)))) * UP
     L = S.copy()
@@ -190,6 +250,17 @@ def _curvature(weight: _Weight, Nt: Array, drift: Array, run: Mapping[str, Any])
         run["forward"](L, row)
         run["backward"](L, row)
     return _Inverse.of(S, radius, H)
+
+
+def demand(condition: Any) -> None:
+    """Where it does not hold nothing is proved: a traced comparison keeps that to itself, another one must hold."""
+    if not condition:
+        raise ArithmeticError("nothing is proved of this problem")
+
+
+def _gamma(terms: int) -> float:
+    """k u / (1 - k u) of a sum of so many products, rounded up generously."""
+    return 1.01 * (terms + 4) * UNIT
 
 
 @dataclass(frozen=True)
