@@ -45,7 +45,7 @@ NO_DIGIT = (
 def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64) -> tuple[Array, Array, Array, Array, Array]:
     """(x, y, W not positive definite, J W^-1 J' not positive definite, bound worth a look) for every member."""
     B, m, n = len(problem), problem.m, problem.n
-    given = [np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, W, problem.a)]
+    given = [np.ascontiguousarray(v, dtype=dtype) for v in (problem.J, problem.xdot, W, problem.a)]
     x, y, shares = np.full((B, n), np.nan, dtype), np.full((B, m), np.nan, dtype), np.zeros((B, 2), dtype)
     code, rest = np.zeros(B, dtype=np.int64), np.arange(B)
     if worth(B, n) and m <= n:
@@ -63,7 +63,7 @@ def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64
     unit = np.finfo(dtype).eps / 2
     weight = (code == WEIGHT) | ~(shares[:, 0] > POSITIVE_PIVOT * n * unit)
     rank = ~weight & ((code == RANK) | ~(shares[:, 1] > POSITIVE_PIVOT * m * unit) | (m > n))
-    return x, y, weight, rank, ~(shares.min(axis=-1) > HEALTHY_PIVOT)
+    return x, y, weight, rank, ~(np.minimum(shares[:, 0], shares[:, 1]) > HEALTHY_PIVOT)
 
 
 def refuse_normal(ledger: Ledger, weight: Array, rank: Array) -> None:

@@ -34,18 +34,19 @@ def eq6(problem: VelocityProblem, *, dtype: Any = np.float64) -> Solution:
         ledger.refuse(everyone, Status.RANK_DEFICIENT, ledger.rank_words)
         return ledger.solution(x, y)
     pivot, bound = np.full((B, n), np.nan, dtype), np.full((B, n), np.nan, dtype)
-    code = factored(arrays(problem, dtype), x, y, pivot, bound)
+    code = factored(arrays(problem, dtype, copy=False), x, y, pivot, bound)
     clear = np.abs(pivot) > PIVOT * n * np.finfo(dtype).eps / 2 * bound
+    if clear.all() and not code.any():
+        return ledger.solution(x, y)
     rank = (code == RANK) | ((code == 0) & ~clear[:, :m].all(axis=1))
     curved = (code == CURVATURE) | ((code == 0) & ~clear[:, m:].all(axis=1))
     refused = rank | curved
-    if refused.any():
-        geometry = ledger.explain(refused)
-        plain = np.zeros(B, dtype=bool)
-        plain[refused] = geometry.singular
-        ledger.refuse(rank, Status.RANK_DEFICIENT, ledger.rank_words)
-        ledger.refuse(curved & plain, Status.CONDITION_SEVEN, ledger.curvature_words)
-        ledger.refuse(curved, Status.ILL_CONDITIONED, ledger.unsure_words)
+    geometry = ledger.explain(refused)
+    plain = np.zeros(B, dtype=bool)
+    plain[refused] = geometry.singular
+    ledger.refuse(rank, Status.RANK_DEFICIENT, ledger.rank_words)
+    ledger.refuse(curved & plain, Status.CONDITION_SEVEN, ledger.curvature_words)
+    ledger.refuse(curved, Status.ILL_CONDITIONED, ledger.unsure_words)
     return ledger.solution(x, y)
 
 
@@ -55,7 +56,7 @@ def factored(given: tuple[Array, ...], x: Array, y: Array, pivot: Array, bound: 
     m, dtype = y.shape[1], x.dtype
     code = np.zeros(B, dtype=np.int64)
     rest = np.arange(B)
-    if worth(B, n):
+    if worth(B, n, given[3]):
         solved = np.zeros((B, 1), dtype)
         machine = eq6_machine(m, n, given[3].shape[1], True, 8 * dtype.itemsize, True)
         machine(*(v.reshape(B, -1) for v in given if v.size), x, y, pivot, bound, solved, threads=threads())
@@ -68,13 +69,14 @@ def factored(given: tuple[Array, ...], x: Array, y: Array, pivot: Array, bound: 
     return code
 
 
-def arrays(problem: VelocityProblem, dtype: Any) -> tuple[Array, ...]:
-    """J, xdot, base, E, Gamma, a as contiguous arrays of `dtype`; E has no rows where W is not factored."""
+def arrays(problem: VelocityProblem, dtype: Any, *, copy: bool = True) -> tuple[Array, ...]:
+    """J, xdot, base, E, Gamma, a as contiguous arrays of `dtype`, one's own or only to read; no rows E: W is not factored."""
     B, n = len(problem), problem.n
     E, gamma = problem.W.E, problem.W.gamma
     if E is None or gamma is None:
         E, gamma = np.zeros((B, 0, n)), np.zeros((B, 0, 0))
-    return tuple(np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, problem.W.base, E, gamma, problem.a))
+    parts = problem.J, problem.xdot, problem.W.base, E, gamma, problem.a
+    return tuple(np.array(v, dtype=dtype, order="C", copy=copy or None) for v in parts)
 
 
 EQ6 = ClosedForm(

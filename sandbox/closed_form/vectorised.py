@@ -7,13 +7,13 @@ exchanges of columns through masks. Bit for bit what the scalar kernels compute,
 from __future__ import annotations
 
 import os
+import sys
 from functools import cache
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from sandbox import lanes
 from sandbox.closed_form import kernels
 from sandbox.lanes import Code, Condition, Lane, Machine
 
@@ -23,7 +23,7 @@ WORTH = 2048
 """Problems in a stack from which machine code for its size is worth compiling (a second, once)."""
 
 LARGEST = 14
-"""Joints up to which there is machine code: it is written out in full, and grows with their cube."""
+"""Joints, and factor rows of a weight, up to which there is machine code: it is written out in full, and grows with their cube."""
 
 
 class Exchanges:
@@ -90,9 +90,6 @@ def larger(a: Any, b: Any) -> Any:
     return (Lane(code, code.of(b)) > a).choose(b, a)
 
 
-_OWN = {"start": start, "pivot": pivot, "to_joints": to_joints, "to_positions": to_positions, "max": larger}
-
-
 @cache
 def traced() -> dict[str, Any]:
     """The kernels, seeing each other and the functions above in place of their own."""
@@ -100,8 +97,7 @@ def traced() -> dict[str, Any]:
     for name, function in vars(kernels).items():
         if isinstance(function, FunctionType):
             twins[name] = FunctionType(function.__code__, twins, name)
-    own = {"start": start, "pivot": pivot, "to_joints": to_joints, "to_positions": to_positions, "max": larger}
-    twins.update(own)
+    twins |= {"start": start, "pivot": pivot, "to_joints": to_joints, "to_positions": to_positions, "max": larger}
     return twins
 
 
@@ -115,9 +111,9 @@ def identity_below(m: int, n: int) -> Array:
     return np.array(np.eye(n, n - m, -m), dtype=object)
 
 
-def worth(B: int, n: int) -> bool:
-    """Whether a stack of B problems with n joints is worth machine code of its size."""
-    return B >= WORTH and n <= LARGEST
+def worth(B: int, n: int, E: Array | None = None, *, least: int | None = None) -> bool:
+    """Whether a stack of B problems with n joints and factor rows E (..., k, n) is worth machine code of its size."""
+    return B >= (WORTH if least is None else least) and max(n, 0 if E is None else E.shape[-2]) <= LARGEST
 
 
 def threads() -> int:
@@ -152,7 +148,7 @@ def eq6_machine(m: int, n: int, k: int, weighted: bool, bits: int, judged: bool)
 
     name = f"eq6_{m}x{n}_{k}{'' if weighted else '_identity'}{'_judged' if judged else ''}"
     outputs = [n, m, *([n, n] if judged else []), 1]
-    return Machine(name, bits, inputs, outputs, write, [kernels, lanes])
+    return Machine(name, bits, inputs, outputs, write, [kernels, sys.modules[__name__]])
 
 
 @cache
@@ -170,7 +166,7 @@ def eq2_5_machine(m: int, n: int, weighted: bool, bits: int) -> Machine:
         for i, values in enumerate([x, [-entry for entry in y], shares, [code.validity()]]):
             code.keep(len(inputs) + i, values)
 
-    return Machine(f"eq2_5_{m}x{n}{'' if weighted else '_identity'}", bits, inputs, [n, m, 2, 1], write, [kernels, lanes])
+    return Machine(f"eq2_5_{m}x{n}{'' if weighted else '_identity'}", bits, inputs, [n, m, 2, 1], write, [kernels, sys.modules[__name__]])
 
 
 def _pivot_share(L: Array) -> Any:

@@ -3,89 +3,133 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
-
-from sandbox.closed_form.vectorised import LARGEST
+from sandbox.closed_form.vectorised import WORTH, worth
 from sandbox.problem import VelocityProblem
-from sandbox.reference.enclosure import Enclosure, enclosed, inertias
-from sandbox.reference.truth import Truth, truth
+from sandbox.reference.enclosure import UP, Enclosure, enclosed, inertias
+from sandbox.reference.truth import REASONS, Truth, truth
 from sandbox.spectrum import smallest_eigenvalue
-from sandbox.stacked import eigenvalues, svd, transpose
+from sandbox.stacked import eigenvalues, svd, times, transpose
 
 Array = np.ndarray
 
 CLOSE = 2.0**-44
 """Radius of an enclosure, relative to the largest entry, up to which its centre is taken for the answer."""
 
+REASON = tuple(REASONS)
+"""Reasons by code."""
+
+PROVED = {
+    "no_freedom": "unique_minimum", "condition_7": "unique_minimum", "saddle": "no_minimum", "maximum": "no_minimum",
+}  # fmt: skip
+"""What a certificate can say: the reason, and the class that it puts a problem in."""
+
 
 @dataclass(frozen=True, eq=False)
 class Certified:
-    """The truths of a stack for task "exact", and how they were found.
+    """What is right for a stack of B problems and task "exact", rigorously, and how it was found; see Truth.
 
-    x_radius (B,) : no entry of the exact minimiser is further than this from truth.x [unit of qdot]; 0.5 ulp where exact
-        arithmetic rounded it once
+    reason (B,) : codes into REASON; rank (B,) of J; inertia (B, 3) of N'WN
+    x (B, n), y (B, m) : minimiser and multipliers, NaN where there is none
+    x_radius (B,), y_radius (B,) : no entry of the exact ones is further from them [unit of qdot, of y]; half a unit in the
+        last place of the largest where exact arithmetic rounded them once, NaN where there is none
     exactly (B,) : decided by exact arithmetic, because no certificate closed
     """
 
-    truths: list[Truth]
+    problem: VelocityProblem
+    reason: Array
+    rank: Array
+    inertia: Array
+    x: Array
+    y: Array
     x_radius: Array
+    y_radius: Array
     exactly: Array
+    exact: dict[int, Truth]
+
+    @cached_property
+    def truths(self) -> list[Truth]:
+        """A Truth for each: with its margin, and its value to the rounding of the terms, which is what takes time here."""
+        fast = np.flatnonzero(~self.exactly)
+        if not len(fast):
+            return list(self.exact.values())
+        part, x = self.problem[fast], self.x[fast]
+        values = (x * (times(part.W.dense(), x) / 2 + part.a)).sum(axis=-1).tolist()
+        freedom = np.zeros((part.n, 0))
+        rows = zip(fast.tolist(), self.reason[fast].tolist(), _margins(part).tolist(), self.inertia[fast].tolist(), values)
+        truths = dict(self.exact)
+        for i, code, margin, signs, value in rows:
+            reason = REASON[code]
+            told = "exact", PROVED[reason], reason, margin, part.m, tuple(signs)
+            found = (self.x[i], self.y[i], freedom, value) if PROVED[reason] == "unique_minimum" else (None, None, freedom, None)
+            truths[i] = Truth(*told, *found)
+        return [truths[i] for i in range(len(self.exactly))]
 
 
-def certified(problem: VelocityProblem) -> Certified:
+def certified(problem: VelocityProblem, *, worthwhile: int = WORTH) -> Certified:
     """Decide every member of a stack with one leading axis, as `truth(problem, "exact")` does, rigorously and fast.
 
     A unique minimum and its enclosure, or a saddle or maximum, are proved in float64 (enclosure.py); everything else, as
     exactly singular N'WN, lower rank, entries beyond 2^200, more joints than there is machine code for, goes to rationals.
+    So do stacks of fewer than `worthwhile`: machine code for a new size takes seconds to compile, once.
     """
     B, m, n = len(problem), problem.m, problem.n
-    truths: list[Any] = [None] * B
-    radius = np.zeros(B)
-    if m <= n <= LARGEST:
+    reason, inertia = np.full(B, -1, dtype=np.int8), np.zeros((B, 3), dtype=np.int64)
+    rank = np.full(B, m)
+    x, y, x_radius, y_radius = np.full((B, n), np.nan), np.full((B, m), np.nan), np.full(B, np.nan), np.full(B, np.nan)
+    if m <= n and worth(B, n, problem.W.E, least=worthwhile):
         found = enclosed(problem)
-        rounding = np.spacing(np.abs(found.x).max(axis=-1)) / 2
-        radius = found.x_radius.max(axis=-1) + rounding
-        fit = found.proved & (radius <= CLOSE * np.abs(found.x).max(axis=-1) + rounding)
-        margins = _margins(problem)
-        _minima(problem, found, np.flatnonzero(fit), margins, truths)
-        rest = np.flatnonzero(~fit)
-        if len(rest) and m < n:
-            _stationary(problem, rest, margins, truths)
-    exactly = np.array([one is None for one in truths])
-    members = np.flatnonzero(exactly)
-    for i, exact in zip(members, truth(problem[members]) if len(members) else (), strict=True):
-        truths[int(i)] = exact
-        radius[i] = 0.0 if exact.x is None else np.spacing(np.abs(exact.x).max()) / 2
-    return Certified(truths, np.where(np.isfinite(radius), radius, 0.0), exactly)
+        minimum = _minima(problem, found, x, y, x_radius, y_radius)
+        reason[minimum] = REASON.index("condition_7" if m < n else "no_freedom")
+        inertia[minimum, 0] = n - m
+        rest = np.flatnonzero(~found.proved)
+        if m < n and len(rest):
+            inertia[rest, 0], inertia[rest, 1] = inertias(problem[rest])
+            up, down = inertia[rest, 0] > 0, inertia[rest, 1] > 0
+            reason[rest[down]] = REASON.index("maximum")
+            reason[rest[down & up]] = REASON.index("saddle")
+    exactly = reason < 0
+    exact = {}
+    for i, one in zip(np.flatnonzero(exactly).tolist(), truth(problem[exactly]) if exactly.any() else (), strict=True):
+        exact[i], reason[i], rank[i], inertia[i] = one, REASON.index(one.reason), one.rank, one.inertia
+        if one.x is not None:
+            x[i], y[i] = one.x, one.y
+            x_radius[i], y_radius[i] = _half_ulp(one.x), _half_ulp(one.y)
+    for values in (x, y):
+        values.setflags(write=False)
+    return Certified(problem, reason, rank, inertia, x, y, x_radius, y_radius, exactly, exact)
 
 
-def _minima(problem: VelocityProblem, found: Enclosure, members: Array, margins: Array, truths: list[Any]) -> None:
-    """Unique minima that an enclosure proves."""
-    m, n = problem.m, problem.n
-    x, y = found.x + found.x_low, found.y + found.y_low
-    g = (problem.W.dense() @ x[..., None])[..., 0] / 2 + problem.a
-    values = (x * g).sum(axis=-1)
-    freedom = np.zeros((n, 0))
-    reason = "condition_7" if n > m else "no_freedom"
-    for i in members.tolist():
-        told = "exact", "unique_minimum", reason, float(margins[i]), m, (n - m, 0, 0)
-        truths[i] = Truth(*told, x[i], y[i], freedom, float(values[i]))
+def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_radius: Array, y_radius: Array) -> Array:
+    """Enter the unique minima whose enclosure is close, and tell where they are (B,).
+
+    Close for x is relative to its largest entry, for y relative to the terms |W||x| + |a| that J'y balances.
+    """
+    at_rest = ~(problem.xdot.any(axis=-1) | problem.a.any(axis=-1))[:, None]  # x = 0 and y = 0, exactly
+    parts = []
+    for near, low, radius in ((found.x, found.x_low, found.x_radius), (found.y, found.y_low, found.y_radius)):
+        centre = np.where(at_rest, 0.0, near + low)
+        parts.append((centre, (np.where(at_rest, 0.0, radius).max(axis=-1) + _half_ulp(centre)) * UP))
+    (qdot, off), (multipliers, slack) = parts
+    size = np.abs(qdot)
+    terms = (times(np.abs(problem.W.dense()), size) + np.abs(problem.a)).max(axis=-1)
+    balance = times(transpose(np.abs(problem.J)), found.y_radius).max(axis=-1)
+    with np.errstate(invalid="ignore"):
+        close = (off <= 2 * CLOSE * size.max(axis=-1)) & ((balance <= CLOSE * terms) | at_rest[:, 0])
+    close &= found.proved
+    for into, values in ((x, qdot), (y, multipliers), (x_radius, off), (y_radius, slack)):
+        into[close] = values[close]
+    return close
 
 
-def _stationary(problem: VelocityProblem, members: Array, margins: Array, truths: list[Any]) -> None:
-    """Saddles and maxima, by the proved inertia of N'WN."""
-    part = problem[members]
-    positive, negative = inertias(part)
-    freedom = np.zeros((problem.n, 0))
-    for i, up, down in zip(members.tolist(), positive.tolist(), negative.tolist(), strict=True):
-        if down > 0:
-            reason = "saddle" if up else "maximum"
-            truths[i] = Truth(
-                "exact", "no_minimum", reason, float(margins[i]), problem.m, (up, down, 0), None, None, freedom, None
-            )
+def _half_ulp(values: Array) -> Array:
+    """Of the largest entry of a vector or of each of a stack."""
+    largest = np.abs(values).max(axis=-1)
+    half: Array = np.where(largest > 0, np.spacing(largest) / 2, 0.0)
+    return half
 
 
 def _margins(problem: VelocityProblem) -> Array:

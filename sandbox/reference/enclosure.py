@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from sandbox import lanes
 from sandbox.closed_form import kernels, vectorised
 from sandbox.closed_form.vectorised import Exchanges, identity_below, larger, threads, traced, zeros
 from sandbox.lanes import Code, Machine
@@ -40,6 +39,10 @@ SPLITTER = 2.0**27 + 1.0
 
 SMALLEST, LARGEST = 2.0**-200, 2.0**200
 """Nonzero entries outside go to exact arithmetic: error-free products could underflow or overflow."""
+
+FLOOR = 2.0**-600
+"""What underflow takes from a sum is less: 2^-1074 a product, times |E||Gamma||N| and the numbers of them, below 2^430.
+Every bound has it added where it arises, so that it is off relatively from there on, which `UP` sees to."""
 
 TINY = 5e-324
 """Below the smallest positive number there is zero alone."""
@@ -81,7 +84,8 @@ def inertias(problem: VelocityProblem) -> tuple[Array, Array]:
     """(positive, negative) eigenvalues of N'WN of every member of a stack, m < n, -1 where they are not proved.
 
     Proved where J has full row rank and no eigenvalue is within rounding of zero: with Q near the eigenvectors, Q'SQ is
-    diagonal up to less than its diagonal (Gershgorin), and has the signs of S (Sylvester).
+    diagonal up to less than its diagonal (Gershgorin), and has the signs of S (Sylvester). The bounds hold for sums in any
+    order, fused or not: BLAS may choose.
     """
     B, k = len(problem), problem.n - problem.m
     given = [part.reshape(B, -1) for part in _parts(problem, vectors=False)]
@@ -94,8 +98,9 @@ def inertias(problem: VelocityProblem) -> tuple[Array, Array]:
     turned = Qt @ S @ Q
     off = np.swapaxes(size, -1, -2) @ (radius + _gamma(2 * k + 2) * np.abs(S)) @ size * UP
     diagonal = np.diagonal(turned, axis1=-1, axis2=-2)
-    rest = (np.abs(turned).sum(axis=-1) - np.abs(diagonal) + off.sum(axis=-1)) * UP
-    regular = (np.abs(Qt @ Q - np.eye(k)).sum(axis=-1) + _gamma(k) * k).max(axis=-1) < CONTRACTION
+    aside = np.where(np.eye(k, dtype=bool), 0.0, np.abs(turned))  # not a difference of sums: that would cancel
+    rest = (aside + off).sum(axis=-1) * UP
+    regular = np.abs(Qt @ Q - np.eye(k)).sum(axis=-1).max(axis=-1) < CONTRACTION  # far from 1: rounding of Q'Q is no matter
     fit &= regular & (np.abs(diagonal) > rest).all(axis=-1)
     return tuple(np.where(fit, (sign * diagonal > 0).sum(axis=-1), -1) for sign in (1, -1))  # type: ignore[return-value]
 
@@ -140,7 +145,7 @@ def machine(what: str, m: int, n: int, k: int) -> Machine:
         code.keep(len(inputs) + len(found), [code.validity()])
 
     outputs = [n, n, n, m, m, m, 1] if whole else [(n - m) ** 2] * 2 + [1]
-    return Machine(f"{what}_{m}x{n}_{k}", 64, inputs, outputs, write, [kernels, vectorised, lanes, sys.modules[__name__]])
+    return Machine(f"{what}_{m}x{n}_{k}", 64, inputs, outputs, write, [kernels, vectorised, sys.modules[__name__]])
 
 
 # ---- one problem -----------------------------------------------------------------------------------------------
@@ -167,8 +172,8 @@ def enclose(
     dy[:] = frame.positions(-(rho + weight @ dx))[:m]
     run["transposed_substitute"](A, dy)
     # what is left of them, in floats with its rounding, and how far that can be from the answer
-    left = abs(r - J @ dx) + _gamma(n) * (abs(r) + abs(J) @ abs(dx)) + off_r
-    rest = abs(rho + weight @ dx + J.T @ dy) + off_rho
+    left = abs(r - J @ dx) + _gamma(n) * (abs(r) + abs(J) @ abs(dx)) + off_r + FLOOR
+    rest = abs(rho + weight @ dx + J.T @ dy) + off_rho + FLOOR
     rest = rest + _gamma(2 * n + m + 2 * len(E)) * (abs(rho) + weight.size(abs(dx)) + abs(J.T) @ abs(dy))
     along, wide = frame.joints(frame.inverse.bound(left)), abs(frame.Nt) + frame.drift  # |N*|'
     ex = (along + wide.T @ curvature.bound(wide @ (rest + weight.size(along)))) * UP
@@ -207,8 +212,8 @@ class _Frame:
         R = identity_below(0, m)  # its rows solve B'z = e
         for row in R:
             run["transposed_substitute"](A[:m, :m], row)
-        inverse = _Inverse.of(pivots[:, :m], 0.0, R)  # J has full row rank
-        off = (abs(pivots @ N) + _gamma(n) * (abs(pivots) @ abs(N))).T
+        inverse = _Inverse.of(pivots[:, :m], R)  # J has full row rank
+        off = (abs(pivots @ N) + _gamma(n) * (abs(pivots) @ abs(N))).T + FLOOR
         drift = np.array([bare.joints(inverse.bound(column)) for column in off], dtype=object).reshape(n - m, n)
         Nt = np.array([bare.joints(column) for column in N.T], dtype=object).reshape(n - m, n)
         return cls(inverse, Nt, drift, p, run)
@@ -233,13 +238,14 @@ class _Frame:
         S = self.Nt @ (weight @ self.Nt.T)
         S = np.array([[S[max(i, j), min(i, j)] for j in range(k)] for i in range(k)], dtype=object).reshape(k, k)
         radius = abs(self.Nt) @ (moved + _gamma(2 * n + 2 * len(weight.E)) * size) + self.drift @ (size + moved)
-        return S, (radius + radius.T) * UP
+        return S, (radius + radius.T + FLOOR) * UP
 
 
 def _positive(S: Array, radius: Array, run: Mapping[str, Any]) -> _Inverse:
     """Proof that every matrix within `radius` of S is positive definite: condition (7); and nearly its inverse."""
     k = len(S)
-    # Rump: if the Cholesky factor of S - c I exists in floats, c at least the radius and (k + 2) u tr S, then S > 0
+    # Rump: if floats find a Cholesky factor of S - c I, c at least |radius| and gamma_(k+1) / (1 - gamma_(k+1)) tr S, then
+    # S > 0; u |S_ii| more is for the difference
     shift = (_largest(radius.sum(axis=1)) + _gamma(4 * k) * sum(abs(np.diagonal(S)))) * UP
     L = S.copy()
     for i in range(k):
@@ -249,7 +255,7 @@ def _positive(S: Array, radius: Array, run: Mapping[str, Any]) -> _Inverse:
     for row in H:
         run["forward"](L, row)
         run["backward"](L, row)
-    return _Inverse.of(S, radius, H)
+    return _Inverse.of(S, H, radius)
 
 
 def demand(condition: Any) -> None:
@@ -265,7 +271,7 @@ def _gamma(terms: int) -> float:
 
 @dataclass(frozen=True)
 class _Weight:
-    """W = base + E' Gamma E, never formed; `size` is |base| v + |E|'|Gamma||E| v for v >= 0."""
+    """W = base + E' Gamma E, never formed; `size` bounds |base| v + |E|'|Gamma||E| v for v >= 0."""
 
     base: Array
     E: Array
@@ -275,7 +281,7 @@ class _Weight:
         return self.base @ v + self.E.T @ (self.gamma @ (self.E @ v)) if len(self.E) else self.base @ v
 
     def size(self, v: Array) -> Array:
-        plain = abs(self.base) @ v
+        plain = abs(self.base) @ v + FLOOR
         return plain + abs(self.E.T) @ (abs(self.gamma) @ (abs(self.E) @ v)) if len(self.E) else plain
 
     def residual(self, a: Array, x: Array, more: list[tuple[Array, Array]]) -> tuple[Array, Array]:
@@ -336,10 +342,12 @@ class _Inverse:
     columns: Any
 
     @classmethod
-    def of(cls, B: Array, radius: Array | float, R: Array) -> _Inverse:
+    def of(cls, B: Array, R: Array, radius: Array | None = None) -> _Inverse:
         """Of every matrix within `radius` of B, entry by entry."""
         k = len(B)
-        beyond = abs(identity_below(0, k) - R @ B) + _gamma(k) * (np.eye(k) + abs(R) @ abs(B)) + abs(R) @ (zeros(k, k) + radius)
+        beyond = abs(identity_below(0, k) - R @ B) + _gamma(k) * (np.eye(k) + abs(R) @ abs(B))
+        if radius is not None:
+            beyond = beyond + abs(R) @ radius
         norms = []
         for norm in (_largest(beyond.sum(axis=1)) * UP, _largest(beyond.sum(axis=0)) * UP):
             if k:
@@ -350,12 +358,15 @@ class _Inverse:
     def bound(self, v: Array) -> Array:
         """At least |B^-1 w| for every |w| <= v: B^-1 = (I - E)^-1 R with E = I - RB."""
         w = abs(self.R) @ v
-        return (w + self.rows * _largest(w)) * UP
+        return (w + self.rows * _largest(w) + FLOOR) * UP
 
     def transposed_bound(self, v: Array) -> Array:
         """At least |B'^-1 w| for every |w| <= v: B'^-1 = R'(I - E')^-1."""
-        return (abs(self.R.T) @ (v + self.columns * _largest(v))) * UP
+        return (abs(self.R.T) @ (v + self.columns * _largest(v)) + FLOOR) * UP
 
 
 def _largest(values: Array) -> Any:
+    """Of numbers that are not negative; `larger` would pass over NaN, so that it is refused here."""
+    for value in values:
+        demand(value < np.inf)
     return reduce(larger, values, 0.0)
