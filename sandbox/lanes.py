@@ -26,6 +26,9 @@ Array = np.ndarray
 LANES = {64: 8, 32: 16}
 """Problems side by side, by the bits of a number: the widest vector register there is; others take it in parts."""
 
+CACHE = Path(__file__).parent / "__pycache__"
+"""Where object code is kept."""
+
 STRETCH = 1024
 """Blocks for one thread at least: below that a second thread costs more than it saves."""
 
@@ -142,8 +145,8 @@ class Code:
         """1 where nothing was refused, else 0."""
         return Lane(self, self.builder.uitofp(self.valid, self.lane))
 
-    def object_code(self) -> bytes:
-        """The machine code of this processor."""
+    def finished(self) -> Any:
+        """The loop closed, the module verified."""
         import llvmlite.binding as llvm
 
         b = self.builder
@@ -153,10 +156,10 @@ class Code:
         self.ir.IRBuilder(self.end).ret_void()
         module = llvm.parse_assembly(str(self.module))
         module.verify()
-        return _target().emit_object(module)
+        return module
 
 
-def _target() -> Any:
+def target() -> Any:
     """This processor with its widest vectors; its code generator neither contracts nor reorders."""
     import llvmlite.binding as llvm
 
@@ -186,7 +189,7 @@ class Machine:
         except OSError:
             written = Code(name, bits, inputs, outputs)
             write(written)
-            code = written.object_code()
+            code = target().emit_object(written.finished())
             _store(stored, code)
         self._call = self._loaded(code)
 
@@ -196,16 +199,16 @@ class Machine:
         import llvmlite.binding as llvm
 
         texts = [Path(source.__file__ or "").read_bytes() for source in (sys.modules[__name__], *sources)]
-        machine = [llvmlite.__version__, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()]
+        machine = [llvmlite.__version__, np.__version__, llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()]
         key = hashlib.blake2b(
             b"\0".join([*texts, *(word.encode() for word in (*machine, self.name, str(self.bits)))]), digest_size=16
         )
-        return Path(__file__).parent / "__pycache__" / f"{self.name}.{key.hexdigest()}.o"
+        return CACHE / f"{self.name}.{key.hexdigest()}.o"
 
     def _loaded(self, code: bytes) -> Callable[..., None]:
         import llvmlite.binding as llvm
 
-        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target())  # the code lives as long as its engine
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target())  # the code lives as long as its engine
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
         kinds = [ctypes.c_void_p] * len(self.sizes) + [ctypes.c_int64]
@@ -217,6 +220,8 @@ class Machine:
         for values, size in zip(arguments, self.sizes, strict=True):
             if values.shape != (B, size) or values.dtype != self.number or not values.flags.c_contiguous:
                 raise ValueError(f"{self.name} takes contiguous arrays (B, {size}) of {self.number}")
+        if not all(values.flags.writeable for values in arguments[self.given :]):
+            raise ValueError(f"{self.name} fills its outputs: they must be writable")
         blocks = B // lanes
         parts = max(1, min(threads, blocks // STRETCH))
         edges = [blocks * part // parts for part in range(parts + 1)]

@@ -32,7 +32,7 @@ PROVED = {
 class Certified:
     """What is right for a stack of B problems and task "exact", rigorously, and how it was found; see Truth.
 
-    reason (B,) : codes into REASON; rank (B,) of J; inertia (B, 3) of N'WN
+    reason (B,) : codes into REASON, -1 where it is open; rank (B,) of J; inertia (B, 3) of N'WN
     x (B, n), y (B, m) : minimiser and multipliers, NaN where there is none
     x_radius (B,), y_radius (B,) : no entry of the exact ones is further from them [unit of qdot, of y]; half a unit in the
         last place of the largest where exact arithmetic rounded them once, NaN where there is none
@@ -52,7 +52,7 @@ class Certified:
 
     @cached_property
     def truths(self) -> list[Truth]:
-        """A Truth for each: with its margin, and its value to the rounding of the terms, which is what takes time here."""
+        """A Truth for each, none of them open: the margins take most of the time; values are off by rounding of their terms."""
         fast = np.flatnonzero(~self.exactly)
         if not len(fast):
             return list(self.exact.values())
@@ -72,9 +72,28 @@ class Certified:
 def certified(problem: VelocityProblem, *, worthwhile: int = WORTH) -> Certified:
     """Decide every member of a stack with one leading axis, as `truth(problem, "exact")` does, rigorously and fast.
 
-    A unique minimum and its enclosure, or a saddle or maximum, are proved in float64 (enclosure.py); everything else, as
-    exactly singular N'WN, lower rank, entries beyond 2^200, more joints than there is machine code for, goes to rationals.
-    So do stacks of fewer than `worthwhile`: machine code for a new size takes seconds to compile, once.
+    What float64 does not prove goes to rationals, and so do stacks of fewer than `worthwhile`: machine code for a new size
+    takes seconds to compile, once.
+    """
+    found = proved(problem, worthwhile=worthwhile)
+    members = np.flatnonzero(found.reason < 0)
+    found.exactly[members] = True
+    for i, one in zip(members.tolist(), truth(problem[members]) if len(members) else (), strict=True):
+        found.exact[i] = one
+        found.reason[i], found.rank[i], found.inertia[i] = REASON.index(one.reason), one.rank, one.inertia
+        if one.x is not None:
+            found.x[i], found.y[i] = one.x, one.y
+            found.x_radius[i], found.y_radius[i] = _half_ulp(one.x), _half_ulp(one.y)
+    for values in (found.x, found.y):
+        values.setflags(write=False)
+    return found
+
+
+def proved(problem: VelocityProblem, *, worthwhile: int = 1) -> Certified:
+    """What float64 alone proves of a stack: unique minima with their enclosures, saddles and maxima; the rest stays open.
+
+    Open stay exactly singular N'WN, lower rank, problems too near to these, entries beyond 2^200, and sizes that there is no
+    machine code for.
     """
     B, m, n = len(problem), problem.m, problem.n
     reason, inertia = np.full(B, -1, dtype=np.int8), np.zeros((B, 3), dtype=np.int64)
@@ -91,16 +110,7 @@ def certified(problem: VelocityProblem, *, worthwhile: int = WORTH) -> Certified
             up, down = inertia[rest, 0] > 0, inertia[rest, 1] > 0
             reason[rest[down]] = REASON.index("maximum")
             reason[rest[down & up]] = REASON.index("saddle")
-    exactly = reason < 0
-    exact = {}
-    for i, one in zip(np.flatnonzero(exactly).tolist(), truth(problem[exactly]) if exactly.any() else (), strict=True):
-        exact[i], reason[i], rank[i], inertia[i] = one, REASON.index(one.reason), one.rank, one.inertia
-        if one.x is not None:
-            x[i], y[i] = one.x, one.y
-            x_radius[i], y_radius[i] = _half_ulp(one.x), _half_ulp(one.y)
-    for values in (x, y):
-        values.setflags(write=False)
-    return Certified(problem, reason, rank, inertia, x, y, x_radius, y_radius, exactly, exact)
+    return Certified(problem, reason, rank, inertia, x, y, x_radius, y_radius, np.zeros(B, dtype=bool), {})
 
 
 def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_radius: Array, y_radius: Array) -> Array:
