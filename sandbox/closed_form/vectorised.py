@@ -1,7 +1,8 @@
 """The kernels side by side: eq. (6) and eqs. (2)-(5) on stacks at the speed of the machine's vectors.
 
 The source is that of `kernels.py`; only the four functions that know where pivoting put a joint are replaced, by
-exchanges of columns through masks. Bit for bit what the scalar kernels compute, wherever these solve the problem.
+exchanges of columns through masks. Bit for bit what the scalar kernels compute, wherever these solve the problem; but for
+the rounding bounds of pivots in single precision, which numba adds up in double.
 """
 
 from __future__ import annotations
