@@ -17,7 +17,7 @@ from sandbox.stacked import eigenvalues, svd, times, transpose
 Array = np.ndarray
 
 CLOSE = 2.0**-44
-"""Radius of an enclosure, relative to the largest entry, up to which its centre is taken for the answer."""
+"""Radius of an enclosure, relative to the largest entry and rounding included, up to which its centre is the answer."""
 
 REASON = tuple(REASONS)
 """Reasons by code."""
@@ -113,6 +113,7 @@ def proved(problem: VelocityProblem, *, worthwhile: int = 1) -> Certified:
     return Certified(problem, reason, rank, inertia, x, y, x_radius, y_radius, np.zeros(B, dtype=bool), {})
 
 
+@np.errstate(all="ignore")  # what leaves the range of float64, or has no enclosure, compares as not close
 def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_radius: Array, y_radius: Array) -> Array:
     """Enter the unique minima whose enclosure is close, and tell where they are (B,).
 
@@ -125,11 +126,10 @@ def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_ra
         parts.append((centre, (np.where(at_rest, 0.0, radius).max(axis=-1) + _half_ulp(centre)) * UP))
     (qdot, off), (multipliers, slack) = parts
     size = np.abs(qdot)
-    terms = (times(np.abs(problem.W.dense()), size) + np.abs(problem.a)).max(axis=-1)
+    terms = times(np.abs(problem.W.dense()), size) + np.abs(problem.a)
     balance = times(transpose(np.abs(problem.J)), found.y_radius).max(axis=-1)
-    with np.errstate(invalid="ignore"):
-        close = (off <= 2 * CLOSE * size.max(axis=-1)) & ((balance <= CLOSE * terms) | at_rest[:, 0])
-    close &= found.proved
+    close = (off <= CLOSE * size.max(axis=-1)) & ((balance <= CLOSE * terms.max(axis=-1)) | at_rest[:, 0])
+    close &= found.proved & ((size * terms).sum(axis=-1) < np.inf)  # so that the optimal value is a float
     for into, values in ((x, qdot), (y, multipliers), (x_radius, off), (y_radius, slack)):
         into[close] = values[close]
     return close
