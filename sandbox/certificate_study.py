@@ -126,7 +126,9 @@ def edge(rng: Generator, m: int, n: int, B: int) -> VelocityProblem:
     mixed = transpose(J) @ C
     W = transpose(F) @ F + mixed + transpose(mixed)
     ulps = rng.integers(-2, 3, W.shape) * (rng.uniform(size=(B, 1, 1)) < 0.7)
-    return VelocityProblem(J=J, xdot=rng.normal(size=(B, m)), W=symmetric(symmetric(W) * (1 + 2 * UNIT * ulps)), a=rng.normal(size=(B, n)))
+    return VelocityProblem(
+        J=J, xdot=rng.normal(size=(B, m)), W=symmetric(symmetric(W) * (1 + 2 * UNIT * ulps)), a=rng.normal(size=(B, n))
+    )
 
 
 def extreme(rng: Generator, m: int, n: int, B: int) -> VelocityProblem:
@@ -140,8 +142,8 @@ def extreme(rng: Generator, m: int, n: int, B: int) -> VelocityProblem:
         scale = np.where(far > 0, far, np.where(far < 0, -1 / np.where(far == 0, 1, far), 1.0))
         return np.where(rng.uniform(size=part.shape) < 0.1, 0.0, part) * scale
 
+    assert p.W.E is not None and p.W.gamma is not None
     J, xdot, a, base, E = (wide(part) for part in (p.J, p.xdot, p.a, p.W.base, p.W.E))
-    assert p.W.gamma is not None
     scale = 2.0 ** rng.choice([-190.0, 0.0, 190.0], (B, 1, 1))
     return VelocityProblem(J=J, xdot=xdot, a=a, W=Weight(np.triu(base) + transpose(np.triu(base, 1)), E, p.W.gamma * scale))
 
@@ -170,9 +172,12 @@ def redrawn(build: Callable[[int, bool], Iterable[Group]], seeds: Sequence[int])
 
 
 def _joined(pile: list[VelocityProblem]) -> VelocityProblem:
-    whole = {name: np.concatenate([getattr(p, name) for p in pile]) for name in ("J", "xdot", "a")}
-    parts = [[p.W.base for p in pile], *([[p.W.E for p in pile], [p.W.gamma for p in pile]] if pile[0].W.factored else [])]
-    return VelocityProblem(**whole, W=Weight(*(np.concatenate(part) for part in parts)))  # type: ignore[arg-type]
+    def whole(name: str, of: Sequence[Any] = pile) -> Array:
+        return np.concatenate([getattr(one, name) for one in of])
+
+    parts = ("base", "E", "gamma") if pile[0].W.factored else ("base",)
+    weight = Weight(*(whole(part, [p.W for p in pile]) for part in parts))
+    return VelocityProblem(J=whole("J"), xdot=whole("xdot"), W=weight, a=whole("a"))
 
 
 # ---- comparing -------------------------------------------------------------------------------------------------
@@ -293,7 +298,9 @@ def study(
     tallies = {name: Tally() for name in dict.fromkeys(name for name, *_ in work)}
     pose, total, done = Tally(), sum(size for *_, size in work), 0
     with ProcessPool(max_workers=jobs, context=get_context("spawn")) as pool:
-        names = {pool.schedule(compare, args=[draw]): (name, size) for name, draw, size in work}
+        names: dict[Any, tuple[str, int]] = {}
+        for name, draw, size in work:
+            names[pool.schedule(compare, args=[draw])] = name, size
         try:
             for future in as_completed(names):
                 name, size = names[future]
@@ -319,17 +326,18 @@ def _batches(sets: Sequence[Any], count: int, seed: int) -> Iterator[tuple[str, 
     for row in sets:
         first, second = (_J(row.build(at, False)) for at in (row.seed, row.seed + FAR))
         size = sum(map(len, first))
-        fixed = all(np.array_equal(*pair) for pair in zip(first, second, strict=True))  # published problems: the same for every seed
+        fixed = all(np.array_equal(*pair) for pair in zip(first, second, strict=True))  # published: the same for every seed
         rounds = 1 if fixed else max(1, min(BATCH, share) // size)
         begin = row.seed + FAR * (1 + seed)
         kinds.append([
-            (row.name, partial(redrawn, row.build, [begin + APART * (number * rounds + i) for i in range(rounds)]), rounds * size)
-            for number in range(1 if fixed else max(1, share // (rounds * size)))
+            (row.name, partial(redrawn, row.build, [begin + APART * i for i in range(number * rounds, (number + 1) * rounds)]),
+             rounds * size)
+            for number in range(1 if fixed else max(1, round(share / (rounds * size))))
         ])  # fmt: skip
     for place, name in enumerate(FAMILIES):
         part = -(-min(BATCH, share) // len(SIZES)) * len(SIZES)
         kinds.append([
-            (name, partial(drawn, name, (seed, place, number), part), part) for number in range(max(1, share // part))
+            (name, partial(drawn, name, (seed, place, number), part), part) for number in range(max(1, round(share / part)))
         ])  # fmt: skip
     for turn in zip_longest(*kinds):
         yield from (batch for batch in turn if batch is not None)

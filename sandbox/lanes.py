@@ -160,7 +160,7 @@ class Code:
 
 
 def target() -> Any:
-    """This processor with its widest vectors; its code generator neither contracts nor reorders."""
+    """The processor at hand with its widest vectors; its code generator neither contracts nor reorders."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -182,7 +182,7 @@ class Machine:
         sources: Sequence[ModuleType],
     ) -> None:  # fmt: skip
         self.name, self.bits, self.sizes, self.given = name, bits, (*inputs, *outputs), len(inputs)
-        self.number = {64: np.dtype(np.float64), 32: np.dtype(np.float32)}[bits]
+        self.number: np.dtype[Any] = np.dtype({64: np.float64, 32: np.float32}[bits])
         stored = self._stored(sources)
         try:
             code = stored.read_bytes()

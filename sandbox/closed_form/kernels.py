@@ -196,7 +196,7 @@ def substitute(A: Array, p: Array, b: Array, x: Array) -> None:
 
 
 def weigh(W: Array, E: Array, gamma: Array, weighted: bool, v: Array, t: Array, row: Array) -> None:
-    """row = W v through the factors: base v + E'(Gamma (E v)); all in the order of the joints, t (2, k) is work space."""
+    """Set row = W v through the factors: base v + E'(Gamma (E v)); all in the order of the joints, t (2, k) is work space."""
     n = v.shape[0]
     for j in range(n):
         if weighted:

@@ -24,7 +24,7 @@ WORTH = 2048
 """Problems in a stack from which machine code for its size is worth compiling (a second, once)."""
 
 LARGEST = 14
-"""Joints, and factor rows of a weight, up to which there is machine code: it is written out in full, and grows with their cube."""
+"""Joints, and factor rows of a weight, up to which there is machine code: written out in full, it grows with their cube."""
 
 
 class Exchanges:
@@ -139,7 +139,7 @@ def eq6_machine(m: int, n: int, k: int, weighted: bool, bits: int, judged: bool)
         run = traced()
         run["eq6"](J, xdot, W, E, gamma, a, 1.0, weighted, A, N, p, zeros(n), t, v, x)
         run["multipliers"](W, E, gamma, a, 1.0, weighted, A, p, t, v, x, y)
-        out = [x, y]
+        out: list[Any] = [x, y]
         if judged:
             bound, work = zeros(n), [zeros(m, n), zeros(m, m), *(zeros(n) for _ in range(5))]
             run["pivot_roundings"](W, E, gamma, weighted, A, N, p, m, *work, t, bound)
@@ -163,11 +163,18 @@ def eq2_5_machine(m: int, n: int, weighted: bool, bits: int) -> Machine:
         L, M, x, y = zeros(n, n), zeros(m, m), zeros(n), zeros(m)
         W = W.reshape((n, n) if weighted else (0, 0))
         traced()["eq2_5"](J.reshape(m, n), xdot, W, a, 1.0, weighted, L, zeros(m, n), zeros(n), M, x, y)
-        shares = [_pivot_share(L) if weighted else 1.0, _pivot_share(M)]
-        for i, values in enumerate([x, [-entry for entry in y], shares, [code.validity()]]):
+        out: list[Any] = [
+            x,
+            [-entry for entry in y],
+            [_pivot_share(L) if weighted else 1.0, _pivot_share(M)],
+            [code.validity()],
+        ]
+        for i, values in enumerate(out):
             code.keep(len(inputs) + i, values)
 
-    return Machine(f"eq2_5_{m}x{n}{'' if weighted else '_identity'}", bits, inputs, [n, m, 2, 1], write, [kernels, sys.modules[__name__]])
+    return Machine(
+        f"eq2_5_{m}x{n}{'' if weighted else '_identity'}", bits, inputs, [n, m, 2, 1], write, [kernels, sys.modules[__name__]]
+    )
 
 
 def _pivot_share(L: Array) -> Any:

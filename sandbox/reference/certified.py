@@ -57,15 +57,15 @@ class Certified:
         if not len(fast):
             return list(self.exact.values())
         part, x = self.problem[fast], self.x[fast]
-        values = (x * (times(part.W.dense(), x) / 2 + part.a)).sum(axis=-1).tolist()
+        values = (x * (times(part.W.dense(), x) / 2 + part.a)).sum(axis=-1)
         freedom = np.zeros((part.n, 0))
-        rows = zip(fast.tolist(), self.reason[fast].tolist(), _margins(part).tolist(), self.inertia[fast].tolist(), values)
+        columns = fast, self.reason[fast], _margins(part), self.inertia[fast], values
         truths = dict(self.exact)
-        for i, code, margin, signs, value in rows:
+        for i, code, margin, (up, down, zero), value in zip(*(column.tolist() for column in columns), strict=True):
             reason = REASON[code]
-            told = "exact", PROVED[reason], reason, margin, part.m, tuple(signs)
-            found = (self.x[i], self.y[i], freedom, value) if PROVED[reason] == "unique_minimum" else (None, None, freedom, None)
-            truths[i] = Truth(*told, *found)
+            told = "exact", PROVED[reason], reason, margin, part.m, (up, down, zero)
+            minimum = PROVED[reason] == "unique_minimum"
+            truths[i] = Truth(*told, *((self.x[i], self.y[i], freedom, value) if minimum else (None, None, freedom, None)))
         return [truths[i] for i in range(len(self.exactly))]
 
 
@@ -78,10 +78,11 @@ def certified(problem: VelocityProblem, *, worthwhile: int = WORTH) -> Certified
     found = proved(problem, worthwhile=worthwhile)
     members = np.flatnonzero(found.reason < 0)
     found.exactly[members] = True
-    for i, one in zip(members.tolist(), truth(problem[members]) if len(members) else (), strict=True):
+    truths: list[Truth] = truth(problem[members]) if len(members) else []  # type: ignore[assignment]
+    for i, one in zip(members.tolist(), truths, strict=True):
         found.exact[i] = one
         found.reason[i], found.rank[i], found.inertia[i] = REASON.index(one.reason), one.rank, one.inertia
-        if one.x is not None:
+        if one.x is not None and one.y is not None:
             found.x[i], found.y[i] = one.x, one.y
             found.x_radius[i], found.y_radius[i] = _half_ulp(one.x), _half_ulp(one.y)
     for values in (found.x, found.y):
@@ -119,7 +120,7 @@ def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_ra
 
     Close for x is relative to its largest entry, for y relative to the terms |W||x| + |a| that J'y balances.
     """
-    at_rest = ~(problem.xdot.any(axis=-1) | problem.a.any(axis=-1))[:, None]  # x = 0 and y = 0, exactly
+    at_rest: Array = ~np.concatenate([problem.xdot, problem.a], axis=-1).any(axis=-1, keepdims=True)  # x = 0 and y = 0, exactly
     parts = []
     for near, low, radius in ((found.x, found.x_low, found.x_radius), (found.y, found.y_low, found.y_radius)):
         centre = np.where(at_rest, 0.0, near + low)

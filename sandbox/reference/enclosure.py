@@ -89,11 +89,12 @@ def inertias(problem: VelocityProblem) -> tuple[Array, Array]:
     """
     B, k = len(problem), problem.n - problem.m
     given = [part.reshape(B, -1) for part in _parts(problem, vectors=False)]
-    S, radius, proved = np.empty((B, k * k)), np.empty((B, k * k)), np.empty((B, 1))
+    S: Array = np.empty((B, k * k))
+    radius, proved = np.empty_like(S), np.empty((B, 1))
     _machine("reduce", problem)(*given, S, radius, proved, threads=threads())
     fit = (proved[:, 0] > 0) & np.isfinite(S).all(axis=-1) & np.isfinite(radius).all(axis=-1)
-    S, radius = (np.where(fit[:, None], values, 0.0).reshape(B, k, k) for values in (S, radius))
-    _, Q = np.linalg.eigh(S)
+    S, radius = (np.where(fit[:, None, None], values.reshape(B, k, k), 0.0) for values in (S, radius))
+    Q: Array = np.linalg.eigh(S)[1]
     Qt, size = np.swapaxes(Q, -1, -2), np.abs(Q)
     turned = Qt @ S @ Q
     off = np.swapaxes(size, -1, -2) @ (radius + _gamma(2 * k + 2) * np.abs(S)) @ size * UP
@@ -120,29 +121,25 @@ def _machine(what: str, problem: VelocityProblem) -> Machine:
 @cache
 def machine(what: str, m: int, n: int, k: int) -> Machine:
     """The code of `enclose` or `reduce` for J (m, n) and a weight with k factor rows."""
-    weights = [(n, n), *([(k, n), (k, k)] if k else [])]
+    shapes = {"J": (m, n), "xdot": (m,), "base": (n, n), "E": (k, n), "gamma": (k, k), "a": (n,)}
     whole = what == "enclose"
-    shapes = [(m, n), (m,), *weights, (n,)] if whole else [(m, n), *weights]
-    inputs = [int(np.prod(shape)) for shape in shapes]
+    if not whole:
+        del shapes["xdot"], shapes["a"]
+    inputs = [int(np.prod(shape)) for shape in shapes.values() if all(shape)]
 
     def write(code: Code) -> None:
-        given = [code.given(i).reshape(shape) for i, shape in enumerate(shapes)]
-        for size in (abs(entry) for part in given for entry in part.flat):
+        place = iter(range(len(inputs)))
+        given = {
+            name: code.given(next(place)).reshape(shape) if all(shape) else zeros(*shape) for name, shape in shapes.items()
+        }
+        for size in (abs(entry) for part in given.values() for entry in part.flat):
             demand((size > SMALLEST) | (size < TINY))
             demand(size < LARGEST)
-        J, *others = given
-        factors = (zeros(0, n), zeros(0, 0)) if not k else None
-        if whole:
-            xdot, base, *pair, a = others
-            found: tuple[Array, ...] = enclose(J, xdot, base, *(factors or pair), a, traced())
-        else:
-            base, *pair = others
-            found = reduce_weight(J, base, *(factors or pair), traced())
-        for i, values in enumerate(found):
+        for i, values in enumerate((enclose if whole else reduce_weight)(**given, run=traced())):
             for value in values.flat:
                 demand(abs(value) < np.inf)
             code.keep(len(inputs) + i, list(values.flat))
-        code.keep(len(inputs) + len(found), [code.validity()])
+        code.keep(len(inputs) + len(outputs) - 1, [code.validity()])
 
     outputs = [n, n, n, m, m, m, 1] if whole else [(n - m) ** 2] * 2 + [1]
     return Machine(f"{what}_{m}x{n}_{k}", 64, inputs, outputs, write, [kernels, vectorised, sys.modules[__name__]])
@@ -265,7 +262,7 @@ def demand(condition: Any) -> None:
 
 
 def _gamma(terms: int) -> float:
-    """k u / (1 - k u) of a sum of so many products, rounded up generously."""
+    """Gamma_k = k u / (1 - k u) of a sum of so many products, rounded up generously."""
     return 1.01 * (terms + 4) * UNIT
 
 
@@ -285,7 +282,7 @@ class _Weight:
         return plain + abs(self.E.T) @ (abs(self.gamma) @ (abs(self.E) @ v)) if len(self.E) else plain
 
     def residual(self, a: Array, x: Array, more: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-        """a + W x + ... in twice the precision: floats, and how far they are off."""
+        """The sum a + W x + ... in twice the precision: floats, and how far they are off."""
         if not len(self.E):
             return _sum(a, [(self.base, x), *more])
         h, h_low, h_off = _pair(zeros(len(self.E)), [(self.E, x)])
@@ -302,14 +299,14 @@ class _Weight:
 
 
 def _sum(start: Array, products: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """start + A v + ... rounded once, and a bound on its error."""
+    """The sum start + A v + ..., rounded once, and a bound on its error."""
     s, low, off = _pair(start, products)
     value = s + low
     return value, (off + UNIT * abs(value)) * UP
 
 
 def _pair(start: Array, products: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
-    """start + A v + ... as s + low, and a bound on what that misses: Dot2 of Ogita, Rump and Oishi."""
+    """The sum start + A v + ... as s + low, and a bound on what that misses: Dot2 of Ogita, Rump and Oishi."""
     s, low, size, terms = start, zeros(len(start)), abs(start), 1
     for A, v in products:
         high_A, low_A = _split(A)
@@ -327,7 +324,7 @@ def _pair(start: Array, products: list[tuple[Array, Array]]) -> tuple[Array, Arr
 
 
 def _split(a: Array) -> tuple[Array, Array]:
-    """a = high + low, of 26 bits each (Dekker 1971)."""
+    """Two parts of 26 bits each whose sum is a (Dekker 1971)."""
     c = SPLITTER * a
     high = c - (c - a)
     return high, a - high

@@ -40,7 +40,9 @@ def written(function: Callable[..., Any], sizes: list[int], outputs: list[int]) 
     return write
 
 
-def run(function: Callable[..., Any], inputs: list[Array], outputs: list[int], *, bits: int = 64, threads: int = 1) -> list[Array]:
+def run(
+    function: Callable[..., Any], inputs: list[Array], outputs: list[int], *, bits: int = 64, threads: int = 1
+) -> list[Array]:
     """`function` on stacks of rows, by a machine."""
     inputs = [np.ascontiguousarray(values, dtype=TYPES[bits]) for values in inputs]
     sizes = [values.shape[1] for values in inputs]
@@ -62,13 +64,19 @@ def test_every_operation_is_that_of_ieee_754(bits: int) -> None:
     """On zeros of both signs, infinities, NaN, subnormals and random numbers each operation gives numpy's bits."""
     rng = np.random.default_rng(1)
     special = np.array(np.meshgrid(SPECIAL, SPECIAL)).reshape(2, -1)
-    a, b = np.concatenate([special, rng.normal(size=(2, 100)) * 10.0 ** rng.integers(-30, 30, (2, 100))], axis=1).astype(TYPES[bits])
-    found = run(lambda a, b: [[f(a[0], b[0]) for f in OPERATIONS.values()]], [a[:, None], b[:, None]], [len(OPERATIONS)], bits=bits)[0]
+    a, b = np.concatenate([special, rng.normal(size=(2, 100)) * 10.0 ** rng.integers(-30, 30, (2, 100))], axis=1).astype(
+        TYPES[bits]
+    )
+    found = run(
+        lambda a, b: [[f(a[0], b[0]) for f in OPERATIONS.values()]], [a[:, None], b[:, None]], [len(OPERATIONS)], bits=bits
+    )[0]
     for j, (name, operation) in enumerate(OPERATIONS.items()):
         with np.errstate(all="ignore"):
             right = operation(a, b) if name != "root" else np.sqrt(a)
         assert right.dtype == TYPES[bits]
-        same = (found[:, j] == right) & (np.signbit(found[:, j]) == np.signbit(right)) | (np.isnan(found[:, j]) & np.isnan(right))
+        same = (found[:, j] == right) & (np.signbit(found[:, j]) == np.signbit(right)) | (
+            np.isnan(found[:, j]) & np.isnan(right)
+        )
         assert same.all(), name
 
 
@@ -76,10 +84,12 @@ def test_every_operation_is_that_of_ieee_754(bits: int) -> None:
 def test_comparisons_choose_lane_by_lane(bits: int) -> None:
     """Greater, less, either of two, and what they choose; NaN compares with nothing."""
     a, b = np.array(np.meshgrid(SPECIAL, SPECIAL)).reshape(2, -1).astype(TYPES[bits])
-    found = run(
-        lambda a, b: [[(a[0] > b[0]).choose(1.0, a[0]), (a[0] < 1.0).choose(b[0], 0.0), ((a[0] > b[0]) | (a[0] < b[0])).choose(1, 0)]],
-        [a[:, None], b[:, None]], [3], bits=bits,
-    )[0]  # fmt: skip
+
+    def function(a: Array, b: Array) -> Any:
+        either = (a[0] > b[0]) | (a[0] < b[0])
+        return [[(a[0] > b[0]).choose(1.0, a[0]), (a[0] < 1.0).choose(b[0], 0.0), either.choose(1, 0)]]
+
+    found = run(function, [a[:, None], b[:, None]], [3], bits=bits)[0]
     np.testing.assert_array_equal(found, np.stack([np.where(a > b, 1, a), np.where(a < 1, b, 0), (a > b) | (a < b)], axis=1))
 
 
@@ -127,7 +137,11 @@ def test_threads_share_the_stack(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(Machine, "_run", counted)
     a = rng.normal(size=(1003, 3))
-    for stretch, threads, calls in ((lanes.STRETCH, 4, [125, 1]), (10, 4, [31, 31, 31, 32, 1]), (10, 99, [*[10] * 7, *[11] * 5, 1])):
+    for stretch, threads, calls in (
+        (lanes.STRETCH, 4, [125, 1]),
+        (10, 4, [31, 31, 31, 32, 1]),
+        (10, 99, [*[10] * 7, *[11] * 5, 1]),
+    ):
         monkeypatch.setattr(lanes, "STRETCH", stretch)
         lengths.clear()
         np.testing.assert_array_equal(run(lambda a: [a + 1.0], [a], [3], threads=threads)[0], a + 1)
@@ -191,7 +205,7 @@ def test_only_the_root_is_a_power() -> None:
 
 
 def product_and_sum(fused: bool) -> Code:
-    """a a - b, contracted where `fused`."""
+    """The square of a less b, contracted where `fused`."""
     code = Code("product", 64, [2], [1])
     a, b = code.given(0)
     flags = ("contract",) if fused else ()
@@ -201,7 +215,7 @@ def product_and_sum(fused: bool) -> Code:
 
 
 def test_nothing_is_contracted() -> None:
-    """A product and a sum are rounded twice: no fused instruction in the code, where the check would see one if it was there."""
+    """A product and a sum are rounded twice: no fused instruction, where the check would see one."""
     assembly = target().emit_assembly(product_and_sum(False).finished())
     assert "mul" in assembly and "fma" not in assembly and "fnma" not in assembly and "fms" not in assembly
     a = 1 + 2.0**-27

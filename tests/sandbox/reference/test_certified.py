@@ -33,7 +33,12 @@ def test_every_truth_is_the_exact_one(decided: list[Any]) -> None:
         assert len(found.truths) == len(problem)
         for i, (ours, right) in enumerate(zip(found.truths, truths, strict=True)):
             told = name, problem.J[i].tolist(), problem.W.base[i].tolist()
-            assert (ours.expected, ours.reason, ours.rank, ours.inertia) == (right.expected, right.reason, right.rank, right.inertia), told
+            assert (ours.expected, ours.reason, ours.rank, ours.inertia) == (
+                right.expected,
+                right.reason,
+                right.rank,
+                right.inertia,
+            ), told
             assert ours.margin == pytest.approx(right.margin, rel=1e-6, abs=1e-13), told
             assert ours.freedom.shape == right.freedom.shape
             if right.x is None:
@@ -42,7 +47,10 @@ def test_every_truth_is_the_exact_one(decided: list[Any]) -> None:
             if found.exactly[i]:
                 assert (ours.x == right.x).all() and (ours.y == right.y).all() and ours.value == right.value
                 continue
-            assert np.abs(ours.x - right.x).max() <= 2 * found.x_radius[i] and np.abs(ours.y - right.y).max() <= 2 * found.y_radius[i]
+            assert (
+                np.abs(ours.x - right.x).max() <= 2 * found.x_radius[i]
+                and np.abs(ours.y - right.y).max() <= 2 * found.y_radius[i]
+            )
             terms = np.abs(right.x) @ (np.abs(problem.W.dense()[i]) @ np.abs(right.x) / 2 + np.abs(problem.a[i]))
             assert abs(ours.value - right.value) <= 1e-13 * terms, told
 
@@ -108,13 +116,13 @@ def test_what_is_open_goes_to_exact_arithmetic(monkeypatch: pytest.MonkeyPatch) 
     [ordinary(3, 3, 2), ordinary(3, 2, LARGEST + 1), ordinary(3, 1, 2, LARGEST + 1)], ids=["rows", "joints", "factor rows"],
 )  # fmt: skip
 def test_sizes_without_machine_code_are_decided_exactly(problem: VelocityProblem) -> None:
-    """More rows than joints, more joints or factor rows than code is written out for: exact arithmetic, whatever is worthwhile."""
+    """More rows than joints, more joints or factor rows than code is written out for: exact arithmetic decides."""
     found = certified(problem, worthwhile=1)
     assert found.exactly.all() and [t.expected for t in found.truths] == [t.expected for t in truth(problem)]
 
 
 def test_a_motion_at_rest_is_certified_at_zero() -> None:
-    """xdot = 0 and a = 0 has the answer zero, exactly: a radius of zero, and no exact arithmetic."""
+    """Where xdot = 0 and a = 0 the problem has the answer zero, exactly: a radius of zero, and no exact arithmetic."""
     rest = VelocityProblem(J=ordinary(4).J, xdot=np.zeros(2), W=ordinary(4).W)
     found = certified(rest, worthwhile=1)
     assert not found.exactly.any() and not found.x.any() and not found.y.any()

@@ -60,7 +60,16 @@ def test_certificates_close(decided: list[Any]) -> None:
             elif one.reason in ("saddle", "maximum") and one.rank == problem.m:
                 closing.setdefault(f"{name}, no minimum", []).append((up[i], down[i]) == one.inertia[:2])
     shares = {name: float(np.mean(each)) for name, each in closing.items()}
-    for name in ("manufactured", "indefinite", "near_singular", "badly_scaled", "planar", "seven_joint", "methods", "trajectories"):
+    for name in (
+        "manufactured",
+        "indefinite",
+        "near_singular",
+        "badly_scaled",
+        "planar",
+        "seven_joint",
+        "methods",
+        "trajectories",
+    ):
         assert shares[name] == 1.0, name
     for name in ("no_minimum, no minimum", "manufactured, no minimum"):
         assert shares[name] == 1.0, name
@@ -72,13 +81,16 @@ def test_one_joint_and_one_row() -> None:
     """The smallest problem, W of either sign or zero: x = xdot / J, y = -(W x + a) / J."""
     rng = np.random.default_rng(72)
     problem = VelocityProblem(
-        J=rng.normal(size=(40, 1, 1)), xdot=rng.normal(size=(40, 1)), W=rng.integers(-1, 2, (40, 1, 1)) / 3, a=rng.normal(size=(40, 1))
+        J=rng.normal(size=(40, 1, 1)),
+        xdot=rng.normal(size=(40, 1)),
+        W=rng.integers(-1, 2, (40, 1, 1)) / 3,
+        a=rng.normal(size=(40, 1)),
     )
     assert enclosed(problem).proved.all() and not wrong(problem)
 
 
 def test_a_motion_at_rest_is_enclosed() -> None:
-    """xdot = 0 and a = 0: zero is within every radius, and the radii are next to nothing."""
+    """With xdot = 0 and a = 0 zero is within every radius, and the radii are next to nothing."""
     rng = np.random.default_rng(73)
     problem = VelocityProblem(J=rng.normal(size=(9, 2, 4)), xdot=np.zeros(2), W=np.eye(4))
     found = enclosed(problem)
@@ -150,9 +162,7 @@ def test_arithmetic_that_overflows_proves_nothing() -> None:
 
 
 @pytest.mark.parametrize("name", ["eq6", "multipliers", "transposed_substitute", "backward", "null_vectors"])
-def test_a_poor_approximation_spoils_nothing(
-    name: str, monkeypatch: pytest.MonkeyPatch, afresh: None
-) -> None:
+def test_a_poor_approximation_spoils_nothing(name: str, monkeypatch: pytest.MonkeyPatch, afresh: None) -> None:
     """Answer, multipliers, inverses and null vectors off by 2^-20: certificates are other ones, or silent, and right."""
     kernels = enclosure.traced()
     sound = kernels[name]
@@ -190,7 +200,11 @@ def test_eigenvectors_may_come_from_anywhere(what: str, monkeypatch: pytest.Monk
     def other(S: Array) -> tuple[Array, Array]:
         values, Q = eigh(S)
         k = S.shape[-1]
-        stand = {"identity": np.eye(k) + 0 * Q, "zeros": np.where(np.arange(k) == 0, 0.0, Q), "turned": Q + 1e-3 * rng.normal(size=Q.shape)}
+        stand = {
+            "identity": np.eye(k) + 0 * Q,
+            "zeros": np.where(np.arange(k) == 0, 0.0, Q),
+            "turned": Q + 1e-3 * rng.normal(size=Q.shape),
+        }
         return values, stand[what]
 
     monkeypatch.setattr(np.linalg, "eigh", other)
