@@ -120,7 +120,9 @@ def _minima(problem: VelocityProblem, found: Enclosure, x: Array, y: Array, x_ra
 
     Close for x is relative to its largest entry, for y relative to the terms |W||x| + |a| that J'y balances.
     """
-    at_rest: Array = ~np.concatenate([problem.xdot, problem.a], axis=-1).any(axis=-1, keepdims=True)  # x = 0 and y = 0, exactly
+    at_rest = np.logical_not(
+        np.concatenate([problem.xdot, problem.a], axis=-1).any(axis=-1, keepdims=True)
+    )  # x = 0 and y = 0, exactly
     parts = []
     for near, low, radius in ((found.x, found.x_low, found.x_radius), (found.y, found.y_low, found.y_radius)):
         centre = np.where(at_rest, 0.0, near + low)

@@ -234,7 +234,7 @@ def ends() -> VelocityProblem:
 
 def radii(share: float) -> Callable[..., Any]:
     whole = enclosure.enclose
-    return lambda *given: tuple(part * share if i in (2, 5) else part for i, part in enumerate(whole(*given)))
+    return lambda **given: tuple(part * share if i in (2, 5) else part for i, part in enumerate(whole(**given)))
 
 
 def pair(change: Callable[[Array, Array, Array], tuple[Array, Array, Array]]) -> Callable[..., Any]:
