@@ -561,6 +561,33 @@ def probe(
 
 
 @app.command()
+def certify(
+    count: Annotated[int, typer.Option("--count", min=1, help="problems in all, about")] = 1_000_000,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="of everything drawn")] = 0,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="processes")] = _cores(),
+    as_json: Json = False,
+) -> None:
+    """Compare certificates in floats with exact arithmetic, on problems of all sets and on harder ones.
+
+    Exit status 1 when a certificate is wrong.
+    """
+    from problems.sets import SETS
+    from sandbox import certificate_study
+
+    with _bar() as tell:
+        rows, wrong = certificate_study.study(list(SETS.values()), count, seed, jobs=jobs, progress=tell)
+    if as_json:
+        _print_json({"rows": rows, "wrong": wrong})
+    else:
+        console = _console()
+        console.print(certificate_study.table(rows))
+        for line in wrong[:20]:
+            console.print(f"wrong: {line}", markup=False, highlight=False)
+    if wrong:
+        raise typer.Exit(1)
+
+
+@app.command()
 def export(
     folder: Run,
     parquet: Annotated[Path, typer.Option("--parquet", help="file to write")],

@@ -11,6 +11,7 @@ from sandbox.closed_form.compiled import compiled
 from sandbox.closed_form.form import POSITIVE_WEIGHT, ClosedForm, Ledger
 from sandbox.closed_form.kernels import RANK, WEIGHT
 from sandbox.closed_form.linear import pivot_share
+from sandbox.closed_form.vectorised import eq2_5_machine, threads, worth
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
 from sandbox.tolerances import HEALTHY_PIVOT, POSITIVE_PIVOT
@@ -44,15 +45,25 @@ NO_DIGIT = (
 def normal_equations(problem: VelocityProblem, W: Array, dtype: Any = np.float64) -> tuple[Array, Array, Array, Array, Array]:
     """(x, y, W not positive definite, J W^-1 J' not positive definite, bound worth a look) for every member."""
     B, m, n = len(problem), problem.m, problem.n
-    J, xdot, W, a = (np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, W, problem.a))
-    x, y = np.full((B, n), np.nan, dtype), np.full((B, m), np.nan, dtype)
-    L, M = np.zeros((B, n, n), dtype), np.zeros((B, m, m), dtype)
-    code = np.empty(B, dtype=np.int64)
-    compiled("eq2_5_stack")(J, xdot, W, a, dtype(1), True, x, y, L, M, code)
+    given = [np.ascontiguousarray(v, dtype=dtype) for v in (problem.J, problem.xdot, W, problem.a)]
+    x, y, shares = np.full((B, n), np.nan, dtype), np.full((B, m), np.nan, dtype), np.zeros((B, 2), dtype)
+    code, rest = np.zeros(B, dtype=np.int64), np.arange(B)
+    if worth(B, n) and m <= n:
+        solved = np.zeros((B, 1), dtype)
+        eq2_5_machine(m, n, True, 8 * x.dtype.itemsize)(
+            *(v.reshape(B, -1) for v in given), x, y, shares, solved, threads=threads()
+        )
+        rest = np.flatnonzero(solved[:, 0] == 0)  # why they were refused, the scalar kernel says
+    if len(rest):
+        L, M = np.zeros((len(rest), n, n), dtype), np.zeros((len(rest), m, m), dtype)
+        found = np.full((len(rest), n), np.nan, dtype), np.full((len(rest), m), np.nan, dtype), np.empty(len(rest), np.int64)
+        compiled("eq2_5_stack")(*(v[rest] for v in given), x.dtype.type(1), True, *found[:2], L, M, found[2])
+        x[rest], y[rest], code[rest] = found
+        shares[rest] = np.stack([pivot_share(L), pivot_share(M)], axis=-1)
     unit = np.finfo(dtype).eps / 2
-    weight = (code == WEIGHT) | ~(pivot_share(L) > POSITIVE_PIVOT * n * unit)
-    rank = ~weight & ((code == RANK) | ~(pivot_share(M) > POSITIVE_PIVOT * m * unit) | (m > n))
-    return x, y, weight, rank, ~(np.minimum(pivot_share(L), pivot_share(M)) > HEALTHY_PIVOT)
+    weight = (code == WEIGHT) | ~(shares[:, 0] > POSITIVE_PIVOT * n * unit)
+    rank = ~weight & ((code == RANK) | ~(shares[:, 1] > POSITIVE_PIVOT * m * unit) | (m > n))
+    return x, y, weight, rank, ~(np.minimum(shares[:, 0], shares[:, 1]) > HEALTHY_PIVOT)
 
 
 def refuse_normal(ledger: Ledger, weight: Array, rank: Array) -> None:

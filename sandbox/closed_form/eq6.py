@@ -10,6 +10,7 @@ from sandbox.closed_form.bounds import SIX, six
 from sandbox.closed_form.compiled import compiled
 from sandbox.closed_form.form import CONDITION_SEVEN_HOLDS, ClosedForm, Ledger
 from sandbox.closed_form.kernels import CURVATURE, RANK
+from sandbox.closed_form.vectorised import eq6_machine, threads, worth
 from sandbox.problem import VelocityProblem
 from sandbox.solution import Solution, Status
 from sandbox.tolerances import PIVOT
@@ -33,29 +34,49 @@ def eq6(problem: VelocityProblem, *, dtype: Any = np.float64) -> Solution:
         ledger.refuse(everyone, Status.RANK_DEFICIENT, ledger.rank_words)
         return ledger.solution(x, y)
     pivot, bound = np.full((B, n), np.nan, dtype), np.full((B, n), np.nan, dtype)
-    code = np.empty(B, dtype=np.int64)
-    compiled("eq6_stack")(*arrays(problem, dtype), dtype(1), True, x, y, pivot, bound, code)
+    code = factored(arrays(problem, dtype, copy=False), x, y, pivot, bound)
     clear = np.abs(pivot) > PIVOT * n * np.finfo(dtype).eps / 2 * bound
+    if clear.all() and not code.any():
+        return ledger.solution(x, y)
     rank = (code == RANK) | ((code == 0) & ~clear[:, :m].all(axis=1))
     curved = (code == CURVATURE) | ((code == 0) & ~clear[:, m:].all(axis=1))
     refused = rank | curved
-    if refused.any():
-        geometry = ledger.explain(refused)
-        plain = np.zeros(B, dtype=bool)
-        plain[refused] = geometry.singular
-        ledger.refuse(rank, Status.RANK_DEFICIENT, ledger.rank_words)
-        ledger.refuse(curved & plain, Status.CONDITION_SEVEN, ledger.curvature_words)
-        ledger.refuse(curved, Status.ILL_CONDITIONED, ledger.unsure_words)
+    geometry = ledger.explain(refused)
+    plain = np.zeros(B, dtype=bool)
+    plain[refused] = geometry.singular
+    ledger.refuse(rank, Status.RANK_DEFICIENT, ledger.rank_words)
+    ledger.refuse(curved & plain, Status.CONDITION_SEVEN, ledger.curvature_words)
+    ledger.refuse(curved, Status.ILL_CONDITIONED, ledger.unsure_words)
     return ledger.solution(x, y)
 
 
-def arrays(problem: VelocityProblem, dtype: Any) -> tuple[Array, ...]:
-    """J, xdot, base, E, Gamma, a as contiguous arrays of `dtype`; E has no rows where W is not factored."""
+def factored(given: tuple[Array, ...], x: Array, y: Array, pivot: Array, bound: Array) -> Array:
+    """Run the kernel on a stack, side by side where that is worth it; the codes (B,) of kernels.py."""
+    B, n = x.shape
+    m, dtype = y.shape[1], x.dtype
+    code = np.zeros(B, dtype=np.int64)
+    rest = np.arange(B)
+    if worth(B, n, given[3]):
+        solved = np.zeros((B, 1), dtype)
+        machine = eq6_machine(m, n, given[3].shape[1], True, 8 * dtype.itemsize, True)
+        machine(*(v.reshape(B, -1) for v in given if v.size), x, y, pivot, bound, solved, threads=threads())
+        rest = np.flatnonzero(solved[:, 0] == 0)  # why they were refused, the scalar kernel says
+    if len(rest):
+        part = [np.ascontiguousarray(v[rest]) for v in (*given, x, y, pivot, bound, code)]
+        compiled("eq6_stack")(*part[:6], dtype.type(1), True, *part[6:])
+        for whole, found in zip((x, y, pivot, bound, code), part[6:], strict=True):
+            whole[rest] = found
+    return code
+
+
+def arrays(problem: VelocityProblem, dtype: Any, *, copy: bool = True) -> tuple[Array, ...]:
+    """J, xdot, base, E, Gamma, a as contiguous arrays of `dtype`, one's own or only to read; no rows E: W is not factored."""
     B, n = len(problem), problem.n
     E, gamma = problem.W.E, problem.W.gamma
     if E is None or gamma is None:
         E, gamma = np.zeros((B, 0, n)), np.zeros((B, 0, 0))
-    return tuple(np.array(v, dtype=dtype, order="C") for v in (problem.J, problem.xdot, problem.W.base, E, gamma, problem.a))
+    parts = problem.J, problem.xdot, problem.W.base, E, gamma, problem.a
+    return tuple(np.array(v, dtype=dtype, order="C", copy=copy or None) for v in parts)
 
 
 EQ6 = ClosedForm(

@@ -118,13 +118,13 @@ class Ledger:
 
     def solution(self, x: Array, y: Array) -> Solution:
         """The answers of the open members; NaN elsewhere, and where the arithmetic left float64."""
-        lost = ~(np.isfinite(x).all(axis=-1) & np.isfinite(y).all(axis=-1))
-        self.refuse(lost, Status.ILL_CONDITIONED, "the arithmetic left the range of float64")
+        if not (np.isfinite(x).all() and np.isfinite(y).all()):
+            lost = ~(np.isfinite(x).all(axis=-1) & np.isfinite(y).all(axis=-1))
+            self.refuse(lost, Status.ILL_CONDITIONED, "the arithmetic left the range of float64")
         solved = self.open
-        return Solution(
-            x=np.where(solved[:, None], x, np.nan), y=np.where(solved[:, None], y, np.nan), status=statuses(self.codes),
-            said=self.said, evidence=self.evidence,
-        )  # fmt: skip
+        if not solved.all():
+            x, y = np.where(solved[:, None], x, np.nan), np.where(solved[:, None], y, np.nan)
+        return Solution(x=x, y=y, status=statuses(self.codes), said=self.said, evidence=self.evidence)
 
 
 def numbers(values: Iterable[float]) -> str:

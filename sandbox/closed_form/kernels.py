@@ -5,6 +5,8 @@ One source, three uses: compiled by numba over a stack (`compiled.py`), run as t
 the square root written `** 0.5`, and a copy, a negation or a comparison costs nothing.
 
 Eq. (6) works in pivoted coordinates: p[j] is the joint at position j. The caller fills rows m.. of N with the identity.
+Where a branch depends on the data it refuses, or stands in one of the four functions that know what p is, start, pivot,
+to_joints and to_positions: `lanes.py` has its own of these, and traces the rest as it stands.
 """
 
 from __future__ import annotations
@@ -118,29 +120,54 @@ def eliminate(A: Array, i: int) -> None:
             A[i, j] = A[i, j] - A[i, k] * A[k, j]
 
 
+def start(p: Array) -> None:
+    """Every joint at its own position."""
+    for j in range(p.shape[0]):
+        p[j] = j
+
+
+def pivot(A: Array, p: Array, i: int, m: int) -> bool:
+    """Exchange two columns of A[:m] for the largest entry of row i, from the diagonal on; False where that is zero."""
+    best = i
+    for j in range(i + 1, A.shape[1]):
+        if abs(A[i, j]) > abs(A[i, best]):
+            best = j
+    if not abs(A[i, best]) > 0:
+        return False
+    if best != i:
+        for k in range(m):
+            held = A[k, i]
+            A[k, i] = A[k, best]
+            A[k, best] = held
+        kept = p[i]
+        p[i] = p[best]
+        p[best] = kept
+    return True
+
+
+def to_joints(v: Array, p: Array, out: Array) -> None:
+    """A vector by position, in the order of the joints."""
+    for j in range(v.shape[0]):
+        out[p[j]] = v[j]
+
+
+def to_positions(v: Array, p: Array, out: Array) -> None:
+    """A vector by joint, in the order of the positions; as many as `out` has."""
+    for j in range(out.shape[0]):
+        out[j] = v[p[j]]
+
+
 def factor_rows(J: Array, A: Array, p: Array) -> bool:
     """LU with column pivoting of rectangular J: A[:m] holds L (unit) and U; False where a row vanishes."""
     m, n = J.shape
-    for j in range(n):
-        p[j] = j
     for i in range(m):
         for j in range(n):
-            A[i, j] = J[i, p[j]]
+            A[i, j] = J[i, j]
+    start(p)
+    for i in range(m):
         eliminate(A, i)
-        best = i
-        for j in range(i + 1, n):
-            if abs(A[i, j]) > abs(A[i, best]):
-                best = j
-        if not abs(A[i, best]) > 0:
+        if not pivot(A, p, i, m):
             return False
-        if best != i:
-            for k in range(i + 1):
-                held = A[k, i]
-                A[k, i] = A[k, best]
-                A[k, best] = held
-            kept = p[i]
-            p[i] = p[best]
-            p[best] = kept
     return True
 
 
@@ -165,24 +192,24 @@ def substitute(A: Array, p: Array, b: Array, x: Array) -> None:
         for k in range(i + 1, n):
             b[i] = b[i] - A[i, k] * b[k]
         b[i] = b[i] / A[i, i]
-        x[p[i]] = b[i]
+    to_joints(b, p, x)
 
 
-def weigh_row(W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int, p: Array, t: Array, row: Array) -> None:
-    """Row c of N'W, through the factors: N'base + (N'E') Gamma E; t (2, k) is work space."""
-    n = N.shape[0]
+def weigh(W: Array, E: Array, gamma: Array, weighted: bool, v: Array, t: Array, row: Array) -> None:
+    """Set row = W v through the factors: base v + E'(Gamma (E v)); all in the order of the joints, t (2, k) is work space."""
+    n = v.shape[0]
     for j in range(n):
         if weighted:
-            s = N[0, c] * W[p[0], p[j]]
+            s = v[0] * W[0, j]
             for i in range(1, n):
-                s = s + N[i, c] * W[p[i], p[j]]
+                s = s + v[i] * W[i, j]
             row[j] = s
         else:
-            row[j] = N[j, c]
+            row[j] = v[j]
     for r in range(E.shape[0]):
-        s = N[0, c] * E[r, p[0]]
+        s = v[0] * E[r, 0]
         for i in range(1, n):
-            s = s + N[i, c] * E[r, p[i]]
+            s = s + v[i] * E[r, i]
         t[0, r] = s
     for r in range(E.shape[0]):
         s = t[0, 0] * gamma[0, r]
@@ -191,7 +218,7 @@ def weigh_row(W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int
         t[1, r] = s
     for j in range(n):
         for r in range(E.shape[0]):
-            row[j] = row[j] + t[1, r] * E[r, p[j]]
+            row[j] = row[j] + t[1, r] * E[r, j]
 
 
 def eq6(
@@ -208,13 +235,14 @@ def eq6(
     p: Array,
     b: Array,
     t: Array,
+    v: Array,
     x: Array,
 ) -> int:
     """Eq. (6) as section IV computes it: LU of J with column pivoting, extended by the rows N'W.
 
     Without further pivoting the trailing pivots are those of N'WN, so all of them positive is condition (7)
-    (methods 1.9). A (n, n), N (n, n-m) with the identity below, p (n,) ints, b (n,), t (2, k) are work space;
-    E (k, n) with k = 0 where W is not factored; without `weighted` the base of W is the identity and not read.
+    (methods 1.9). A (n, n), N (n, n-m) with the identity below, p (n,) ints, b (n,), t (2, k), v (n,) are work
+    space; E (k, n) with k = 0 where W is not factored; without `weighted` the base of W is the identity and not read.
     """
     m, n = J.shape
     if not factor_rows(J, A, p):
@@ -223,13 +251,17 @@ def eq6(
     for i in range(m):
         b[i] = xdot[i]
     for c in range(n - m):
-        weigh_row(W, E, gamma, weighted, N, c, p, t, A[m + c])
+        to_joints(N[:, c], p, v)
+        weigh(W, E, gamma, weighted, v, t, x)
+        to_positions(x, p, A[m + c])
         eliminate(A, m + c)
         if not A[m + c, m + c] > 0:
             return CURVATURE
-        s = gradf[p[m + c]]
+    to_positions(gradf, p, v)
+    for c in range(n - m):
+        s = v[m + c]
         for i in range(m):
-            s = s + N[i, c] * gradf[p[i]]
+            s = s + N[i, c] * v[i]
         b[m + c] = -(alpha * s)
     substitute(A, p, b, x)
     return SOLVED
@@ -247,31 +279,21 @@ def eq6_implicit(rows: Array, b: Array, A: Array, p: Array, x: Array) -> int:
 
 
 def multipliers(
-    W: Array, E: Array, gamma: Array, gradf: Array, alpha: Any, weighted: bool, A: Array, p: Array, t: Array, x: Array, y: Array
-) -> None:
-    """Solve W x + a + J'y = 0 for y on the pivot columns of J, from the LU of J that eq. (6) left in A."""
-    m, n = y.shape[0], x.shape[0]
-    for r in range(E.shape[0]):
-        s = E[r, 0] * x[0]
-        for j in range(1, n):
-            s = s + E[r, j] * x[j]
-        t[0, r] = s
-    for r in range(E.shape[0]):
-        s = gamma[r, 0] * t[0, 0]
-        for q in range(1, E.shape[0]):
-            s = s + gamma[r, q] * t[0, q]
-        t[1, r] = s
+    W: Array, E: Array, gamma: Array, gradf: Array, alpha: Any, weighted: bool, A: Array, p: Array, t: Array, v: Array,
+    x: Array, y: Array,
+) -> None:  # fmt: skip
+    """Solve W x + a + J'y = 0 for y on the pivot columns of J, from the LU of J that eq. (6) left in A; t, v as there."""
+    weigh(W, E, gamma, weighted, x, t, v)
+    for j in range(x.shape[0]):
+        v[j] = -(v[j] + alpha * gradf[j])
+    to_positions(v, p, y)
+    transposed_substitute(A, y)
+
+
+def transposed_substitute(A: Array, y: Array) -> None:
+    """Overwrite y (m,) by the solution of B'z = y, B = L U the pivot columns of J."""
+    m = y.shape[0]
     for i in range(m):
-        s = alpha * gradf[p[i]]
-        if weighted:
-            for j in range(n):
-                s = s + W[p[i], j] * x[j]
-        else:
-            s = s + x[p[i]]
-        for r in range(E.shape[0]):
-            s = s + E[r, p[i]] * t[1, r]
-        y[i] = -s
-    for i in range(m):  # U' then L'
         for k in range(i):
             y[i] = y[i] - A[k, i] * y[k]
         y[i] = y[i] / A[i, i]
@@ -281,27 +303,15 @@ def multipliers(
 
 
 def pivot_roundings(
-    W: Array,
-    E: Array,
-    gamma: Array,
-    weighted: bool,
-    A: Array,
-    N: Array,
-    p: Array,
-    m: int,
-    G: Array,
-    X: Array,
-    w: Array,
-    v: Array,
-    d: Array,
-    bound: Array,
-) -> None:
+    W: Array, E: Array, gamma: Array, weighted: bool, A: Array, N: Array, p: Array, m: int,
+    G: Array, X: Array, w: Array, v: Array, d: Array, g: Array, size: Array, t: Array, bound: Array,
+) -> None:  # fmt: skip
     """Rounding error of every pivot that eq. (6) computed, in units of n u, to first order (ours, not the paper's).
 
     Pivot i of J is the largest entry of w'J, w' = row i of L^-1: it is off by |w|'|L||U|. Trailing pivot c is the
     curvature d'Wd along d = N w, w' = row c of the inverse of the trailing L: it is off by |d|'|base||d| +
     2 |d|'|E'||Gamma| sum_k |E N_k w_k| + 2 |Wd|'|dN w|, where |dN| <= |B^-1||L||U||N|, B = L U the pivot columns of J.
-    Work: G (m, n), X (m, m), w, v, d (n,).
+    Work: G (m, n), X (m, m), w, v, d, g, size (n,), t (2, k).
     """
     n = A.shape[0]
     for i in range(m):
@@ -342,40 +352,50 @@ def pivot_roundings(
                 s = s + w[k] * A[m + k, m + j]
             w[j] = -s
         for i in range(n):
-            d[i] = 0
-            v[i] = 0
-            for k in range(c + 1):
-                d[i] = d[i] + N[i, k] * w[k]
-                v[i] = v[i] + abs(N[i, k] * w[k])
+            g[i] = 0
+            size[i] = 0
+        for q in range(E.shape[0]):
+            t[0, q] = 0
+            t[1, q] = 0
+        for k in range(c + 1):
+            for i in range(n):
+                v[i] = N[i, k] * w[k]
+                g[i] = g[i] + v[i]
+                size[i] = size[i] + abs(v[i])
+            to_joints(v, p, d)
+            for q in range(E.shape[0]):
+                s = 0.0
+                for j in range(n):
+                    s = s + E[q, j] * d[j]
+                t[0, q] = t[0, q] + s
+                t[1, q] = t[1, q] + abs(s)
+        to_joints(g, p, d)  # d = N w, and |N||w|
+        to_joints(size, p, v)
         total = 0.0
         for i in range(n):
-            g, size = 0.0, 0.0
+            g[i] = d[i]
+            size[i] = v[i]
             if weighted:
+                g[i] = 0
+                size[i] = 0
                 for j in range(n):
-                    g = g + W[p[i], p[j]] * d[j]
-                    size = size + abs(W[p[i], p[j]]) * v[j]
-            else:
-                g, size = d[i], v[i]
+                    g[i] = g[i] + W[i, j] * d[j]
+                    size[i] = size[i] + abs(W[i, j]) * v[j]
             for r in range(E.shape[0]):
                 for q in range(E.shape[0]):
-                    e, mixed = 0.0, 0.0
-                    for k in range(c + 1):
-                        s = 0.0
-                        for j in range(n):
-                            s = s + E[q, p[j]] * N[j, k]
-                        e = e + s * w[k]
-                        mixed = mixed + abs(s * w[k])
-                    g = g + E[r, p[i]] * gamma[r, q] * e
-                    size = size + 2 * abs(E[r, p[i]] * gamma[r, q]) * mixed
-            total = total + v[i] * size
-            if i < m:
-                off = 0.0
-                for k in range(m):
-                    s = G[k, 0] * v[0]
-                    for j in range(1, n):
-                        s = s + G[k, j] * v[j]
-                    off = off + abs(X[i, k]) * s
-                total = total + 2 * abs(g) * off
+                    g[i] = g[i] + E[r, i] * gamma[r, q] * t[0, q]
+                    size[i] = size[i] + 2 * abs(E[r, i] * gamma[r, q]) * t[1, q]
+            total = total + v[i] * size[i]
+        to_positions(g, p, d)
+        to_positions(v, p, size)
+        for i in range(m):
+            off = 0.0
+            for k in range(m):
+                s = G[k, 0] * size[0]
+                for j in range(1, n):
+                    s = s + G[k, j] * size[j]
+                off = off + abs(X[i, k]) * s
+            total = total + 2 * abs(d[i]) * off
         bound[m + c] = total
 
 
@@ -416,14 +436,15 @@ def eq6_stack(
         N[m + c, c] = 1
     p = np.empty(n, np.int64)
     b, w, v, d = np.empty(n, J.dtype), np.empty(n, J.dtype), np.empty(n, J.dtype), np.empty(n, J.dtype)
+    g, size = np.empty(n, J.dtype), np.empty(n, J.dtype)
     t = np.empty((2, k), J.dtype)
     G = np.empty((m, n), J.dtype)
     X = np.zeros((m, m), J.dtype)
     for i in range(J.shape[0]):
-        code[i] = eq6(J[i], xdot[i], W[i], E[i], gamma[i], a[i], alpha, weighted, A, N, p, b, t, x[i])
+        code[i] = eq6(J[i], xdot[i], W[i], E[i], gamma[i], a[i], alpha, weighted, A, N, p, b, t, v, x[i])
         if code[i] == SOLVED:
-            multipliers(W[i], E[i], gamma[i], a[i], alpha, weighted, A, p, t, x[i], y[i])
-            pivot_roundings(W[i], E[i], gamma[i], weighted, A, N, p, m, G, X, w, v, d, bound[i])
+            multipliers(W[i], E[i], gamma[i], a[i], alpha, weighted, A, p, t, v, x[i], y[i])
+            pivot_roundings(W[i], E[i], gamma[i], weighted, A, N, p, m, G, X, w, v, d, g, size, t, bound[i])
             for j in range(n):
                 pivot[i, j] = A[j, j]
 

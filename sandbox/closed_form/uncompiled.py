@@ -40,11 +40,11 @@ def eq6_on(
     W = _of(number, W if weighted else np.zeros((0, 0)))
     E, gamma = _of(number, np.zeros((0, n)) if E is None else E), _of(number, np.zeros((0, 0)) if E is None else gamma)
     A, b, x, y = _zeros(number, n, n), _zeros(number, n), _zeros(number, n), _zeros(number, m)
-    N, t, p = _of(number, np.eye(n, n - m, -m)), _zeros(number, 2, len(E)), np.zeros(n, dtype=int)
+    N, t, v, p = _of(number, np.eye(n, n - m, -m)), _zeros(number, 2, len(E)), _zeros(number, n), np.zeros(n, dtype=int)
     kernel = eq6_identity if identity else kernels.eq6
-    code = kernel(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, x)
+    code = kernel(J, xdot, W, E, gamma, gradf, alpha, weighted, A, N, p, b, t, v, x)
     if multipliers and code == kernels.SOLVED:
-        kernels.multipliers(W, E, gamma, gradf, alpha, weighted, A, p, t, x, y)
+        kernels.multipliers(W, E, gamma, gradf, alpha, weighted, A, p, t, v, x, y)
     return code, x, y, np.diagonal(A).copy()
 
 
@@ -58,36 +58,29 @@ def identity_null_vectors(A: Array, m: int, N: Array) -> None:
             N[i, c] = -s / A[i, i]
 
 
-def identity_weigh_row(
-    W: Array, E: Array, gamma: Array, weighted: bool, N: Array, c: int, p: Array, t: Array, row: Array
-) -> None:
-    """`kernels.weigh_row`; the identity block of N is not multiplied by."""
-    n = N.shape[0]
-    m = n - N.shape[1]
-    for j in range(n):
-        if weighted:
-            s = W[p[m + c], p[j]]
-            for i in range(m):
-                s = s + N[i, c] * W[p[i], p[j]]
-            row[j] = s
-        else:
-            row[j] = N[j, c]
-    for r in range(E.shape[0]):
-        s = E[r, p[m + c]]
-        for i in range(m):
-            s = s + N[i, c] * E[r, p[i]]
-        t[0, r] = s
-    for r in range(E.shape[0]):
+def identity_weigh(W: Array, E: Array, gamma: Array, weighted: bool, v: Array, t: Array, row: Array) -> None:
+    """`kernels.weigh`; the zeros and the one that v has of the identity block of N are not multiplied by."""
+    kept = [i for i in range(len(v)) if v[i] > 0 or -v[i] > 0]
+
+    def combined(entries: Array) -> Any:
+        terms = [v[i] * entries[i] if v[i] > 1 or -v[i] > -1 else entries[i] for i in kept]
+        return sum(terms[1:], terms[0])
+
+    for j in range(len(v)):
+        row[j] = combined(W[:, j]) if weighted else v[j]
+    for r in range(len(E)):
+        t[0, r] = combined(E[r])
+    for r in range(len(E)):
         s = t[0, 0] * gamma[0, r]
-        for q in range(1, E.shape[0]):
+        for q in range(1, len(E)):
             s = s + t[0, q] * gamma[q, r]
-        for j in range(n):
-            row[j] = row[j] + s * E[r, p[j]]
+        for j in range(len(v)):
+            row[j] = row[j] + s * E[r, j]
 
 
 eq6_identity = FunctionType(
     kernels.eq6.__code__,
-    {**vars(kernels), "null_vectors": identity_null_vectors, "weigh_row": identity_weigh_row},
+    {**vars(kernels), "null_vectors": identity_null_vectors, "weigh": identity_weigh},
     "eq6_identity",
 )
 """`kernels.eq6`, the same source with these two steps in the place of its own (ours: Table I multiplies by the block)."""

@@ -72,7 +72,7 @@ def stopwatch(compiled: Answer, stack: tuple[Array, ...], repeats: int) -> tuple
         for row in ROWS:
             args: tuple[Any, ...] = (J, xdot, W, gradf, 1.0, row[1], *work)
             if row[0] == "eq6":
-                args = (J, xdot, W, *none, gradf, 1.0, row[1], A, N, p, np.empty(n), np.empty((2, 0)), x)
+                args = (J, xdot, W, *none, gradf, 1.0, row[1], A, N, p, np.empty(n), np.empty((2, 0)), np.empty(n), x)
             kernel, begun = compiled(row[0]), time.perf_counter()
             refused = loop(kernel, stack, args, J, xdot, W, gradf, x, answers[row])
             least[row] = min(least[row], (time.perf_counter() - begun) / B)
