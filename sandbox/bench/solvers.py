@@ -119,7 +119,7 @@ def against_solvers(effort: Effort) -> Measured:
 
     Raises SandboxError where none is installed, or one that is does not find the minimum: its time would mean nothing.
     """
-    given = stack(6, 7, effort.problems(2048))
+    given = stack(6, 7, effort.problems(8192))
     B, _, n = given.J.shape
     eq6 = Prepared(machine("eq6", 6, 7), given)
     loops: dict[str, Loop] = {}
@@ -146,4 +146,4 @@ def against_solvers(effort: Effort) -> Measured:
             raise SandboxError(f"{name} is off by {off:.1e} of the largest entry: its time would mean nothing")
     fastest = min(loops, key=lambda name: times[name].min())
     beside |= {f"{name} us": each(seconds, B).value for name, seconds in times.items()}
-    return ratio(times[fastest], times["eq6"]).with_({"fastest": fastest, **beside})
+    return ratio(times[fastest], times["eq6"]).with_({"fastest": fastest, **beside, "problems": B})

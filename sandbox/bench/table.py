@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from sandbox.bench import closed_forms, enclosures, records, solvers
 from sandbox.bench.measured import Measured
 from sandbox.bench.race import Effort
+from sandbox.reference.certified import certified
+from sandbox.reference.enclosure import enclosed
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,12 @@ BENCHMARKS = {
             closed_forms.against_each_other(12, 6),
         ),
         Benchmark("solve", "7 x 6: sandbox.solve, statuses and refusals included", "us per problem", closed_forms.whole_solve),
-        Benchmark("enclosure", "7 x 6: rigorous enclosure of x and y", "us per problem", enclosures.time_of, 3),
+        Benchmark(
+            "enclosure", "7 x 6: rigorous enclosures of x and y, rank and condition (7) decided", "us per problem",
+            enclosures.time_of(enclosed), 3,
+        ),
+        Benchmark("certified", "7 x 6: the same with margins, and a Truth made of each", "us per problem",
+                  enclosures.time_of(certified)),
         Benchmark(
             "fallback_manufactured", "decided by exact arithmetic: manufactured, N'WN not singular", "%",
             enclosures.fallback(["manufactured"], full=True), 1,
