@@ -588,6 +588,42 @@ def certify(
 
 
 @app.command()
+def bench(
+    only: Annotated[Names, typer.Option("--only", help="a figure by its name; repeat for several [all]")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="also write the JSON to this file")] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure every promised speed, each as a ratio, on this machine.
+
+    What is compared is timed in turn, on one core unless said; the figure is of the least times, beside it median and
+    quartiles over the rounds. Peers (qpbenchmark, pink, mink) are measured where they are installed.
+    """
+    if out is not None and (out.is_dir() or not out.parent.is_dir()):
+        raise InputFileError(f"{out} is no file that could be written; --out names one in a folder that there is")
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"  # before numpy is loaded
+    from sandbox.bench.run import bench as measured
+    from sandbox.bench.run import chosen, text_beside, text_conditions, text_rows
+    from sandbox.records import write_json
+
+    chosen(only)
+    words = ["sandbox", "bench", *(word for name in only or () for word in ("--only", name))]
+    with _bar() as tell:
+        content = measured(only, command=shlex.join(words), told=tell)
+    if out is not None:
+        write_json(content, out)
+    if as_json:
+        _print_json(content)
+        return
+    console = _console()
+    for line in text_conditions(content):
+        console.print(line, markup=False, highlight=False)
+    _print_table(text_rows(content))
+    for line in text_beside(content):
+        console.print(line, markup=False, highlight=False)
+
+
+@app.command()
 def export(
     folder: Run,
     parquet: Annotated[Path, typer.Option("--parquet", help="file to write")],

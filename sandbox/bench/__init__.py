@@ -1,0 +1,1 @@
+"""Every promised speed, measured as a ratio in one run (`sandbox bench`)."""
