@@ -473,6 +473,34 @@ def query(
 
 
 @app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="RUN", help="the earlier run folder")],
+    after: Annotated[Path, typer.Argument(metavar="RUN", help="the later run folder")],
+    page: Annotated[Path | None, typer.Option("--page", help="write an HTML page of it, too")] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare two runs record by record: verdicts, accuracy, what is missing, versions, and time by a rank test.
+
+    Exit status 1 when something that was verified in the first run is a false success or a crash in the second, else 0.
+    """
+    from reports.comparison import write_comparison
+    from sandbox import compare as comparing
+
+    found = comparing.compare(before, after)
+    if as_json:
+        _print_json(found)
+    else:
+        console = _console()
+        for part in comparing.tables(found):
+            console.print(part)
+    if page is not None:
+        written = write_comparison(found, page)
+        print(f"page: {written} ({written.stat().st_size / 1e6:.1f} MB)", file=sys.stderr if as_json else sys.stdout)
+    if found["fallen"]:
+        raise typer.Exit(1)
+
+
+@app.command()
 def show(
     folder: Run,
     problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="problem id, or the beginning of one")],

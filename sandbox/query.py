@@ -113,14 +113,18 @@ def text(value: object) -> str:
 
 
 @contextmanager
-def database(memory: str = MEMORY) -> Iterator[duckdb.DuckDBPyConnection]:
-    """A database in memory that spills into a folder of its own, removed with it; it takes nothing from Python or the net."""
+def database(memory: str = MEMORY, *, tables: bool = False) -> Iterator[duckdb.DuckDBPyConnection]:
+    """A database that spills into a folder of its own, removed with it; it takes nothing from Python or the net.
+
+    With `tables` those that are made in it lie in that folder, compressed; else in memory.
+    """
     with tempfile.TemporaryDirectory(prefix="sandbox-query-") as scratch:
         config: dict[str, Any] = {
-            "memory_limit": memory, "threads": _threads(), "temp_directory": scratch, "python_enable_replacements": False,
-            "autoload_known_extensions": False, "autoinstall_known_extensions": False, "allow_community_extensions": False,
+            "memory_limit": memory, "threads": _threads(), "temp_directory": f"{scratch}/spilt",
+            "python_enable_replacements": False, "autoload_known_extensions": False, "autoinstall_known_extensions": False,
+            "allow_community_extensions": False, "preserve_insertion_order": not tables,
         }  # fmt: skip
-        with duckdb.connect(":memory:", config=config) as connection:
+        with duckdb.connect(f"{scratch}/tables.duckdb" if tables else ":memory:", config=config) as connection:
             yield connection
 
 
