@@ -48,14 +48,14 @@ def write_report(run: Path, out: Path | None = None) -> Path:
 
 def _render(data: RunData) -> str:
     context = _tables(data)
-    most = cases.MOST
+    most, chosen = cases.MOST, cases.choose(data)
     while True:
-        chosen = cases.choose(data, most)
         text = page.render("verification.html.j2", **context, **_embedded(data, context, chosen))
         size = len(text.encode())
         if size <= LARGEST or most < 100:
             return text
         most = int(min(most * 0.9, most * (LARGEST / size) ** 2))
+        chosen = cases.keep(data, most)
 
 
 def _tables(data: RunData) -> dict[str, Any]:

@@ -191,12 +191,13 @@ def _told(connection: duckdb.DuckDBPyConnection, chosen: str) -> list[Row]:
     """The chosen pairs (problem, c, place) with what the records of both sides say of them."""
     _do(connection, f"create or replace temp table chosen as {chosen}")
     same = " and ".join(f"r.{name} is not distinct from g.{name}" for name in CONFIGURATION)
+    first = ", ".join(f"any_value(r.{name} order by r.set, r.repeat) as {name}" for name in ("set", "said", "error"))
     for side, verdict, error in (("before", "v0", "e0"), ("after", "v1", "e1")):
         # of several records of a key the one that counted; the problem's own name lets the scan skip most
         _do(
             connection,
             f"""create or replace temp table told_{side} as
-            select k.place, {", ".join(f"any_value(r.{name} order by r.set, r.repeat) as {name}" for name in ("set", "said", "error"))}
+            select k.place, {first}
             from {side} r join configurations g on {same} join chosen k on r.problem = k.problem and g.c = k.c
               join pairs p on p.problem = k.problem and p.c = k.c
             where r.verdict = p.{verdict}::varchar and (p.{error} is null or r.error is null or r.error = p.{error})
@@ -327,7 +328,8 @@ def tables(found: Row) -> list[Table | Text]:
     out.append(
         Text(
             f"{found['joined']:,} records on both sides; verdicts that differ: {found['flips']:,}, of them {found['fallen']:,} "
-            f"fell from verified to false success or crash, {found['new_failures']:,} are new failures, {found['fixed']:,} are fixed"
+            f"fell from verified to false success or crash, {found['new_failures']:,} are new failures, "
+            f"{found['fixed']:,} are fixed"
         )
     )
     key = ("problem", *CONFIGURATION)
