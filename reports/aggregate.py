@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import floor, inf, log2
 from typing import Any
 
-from reports.run_data import RunData
+from reports.run_data import DRAW, RunData
 from reports.words import EXPECTED, FORMULATIONS, TASKS, VERDICTS
 from sandbox.records import CLOSED_FORM
 
@@ -68,9 +68,7 @@ REPAIRS = ("direct", "convexified", "null_space")
 
 def counts(run: RunData) -> Row:
     """How much there is: records, problems, verdicts."""
-    totals = run.rows(
-        f"select ({_number('tally')}) as records, (select count(distinct problem) from posed) as problems"
-    )[0]
+    totals = run.rows(f"select ({_number('tally')}) as records, (select count(distinct problem) from posed) as problems")[0]
     verdicts = run.rows(
         """select verdict, sum(n)::bigint as n, coalesce(sum(n) filter (apart is not null), 0)::bigint as apart from tally
         where judged group by verdict"""
@@ -301,22 +299,39 @@ def closed_forms(run: RunData) -> list[Row]:
     return sorted(rows, key=lambda row: order.index(row["backend"]))
 
 
+PAIRED = 50_000
+"""Problems over which closed forms are compared with each other at most: every pair of them takes a distance."""
+
+_PAIRABLE = "posed where task = 'exact' and expected = 'unique_minimum'"
+
+
+def pairs_sampled(run: RunData) -> bool:
+    """Whether `closed_form_pairs` looks at a sample of the problems."""
+    return bool(run.one(f"select count(distinct problem) from {_PAIRABLE}") > PAIRED)
+
+
 def closed_form_pairs(run: RunData) -> tuple[list[str], dict[tuple[str, str], Row]]:
     """Largest and median |x_a - x_b|, max norm, over problems of task exact with a unique minimum that both solve.
 
     The denominator is that of `error`, read off the record of the problem with the largest error, where the quotient of
-    |x - x*| and error is least rounded, and never below |x*|; problems without one (x* = 0, no error) are left out.
+    |x - x*| and error is least rounded, and never below |x*|; problems without one (x* = 0, no error) are left out. Where
+    there are more than PAIRED problems, of that many, drawn by a hash.
     """
     distance = "list_max([abs(p[1] - p[2]) for p in list_zip({}, {})])"
+    run.do(
+        f"""create or replace table paired as select problem from (select distinct problem from {_PAIRABLE})
+        order by {DRAW}, problem limit {PAIRED}"""
+    )
     rows = run.rows(
         f"""with sizes as (
           select r.problem, greatest(arg_max({distance.format("r.qdot", "t.x")} / r.error, r.error),
             max(list_max([abs(v) for v in t.x]))) as size
           from records r join truth t on r.problem = t.problem and r.task = t.task
-          where r.task = 'exact' and r.expected = 'unique_minimum' and r.error > 0 and r.qdot is not null group by 1),
+          where r.task = 'exact' and r.expected = 'unique_minimum' and r.error > 0 and r.qdot is not null
+          and r.problem in (from paired) group by 1),
         answers as (
           select problem, backend, qdot from records where closed and task = 'exact' and expected = 'unique_minimum'
-          and status = 'solved' and qdot is not null and {COUNTED}),
+          and status = 'solved' and qdot is not null and {COUNTED} and problem in (from paired)),
         differences as (
           select a.backend as a, b.backend as b,
             {distance.format("a.qdot", "b.qdot")} / s.size as d

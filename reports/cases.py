@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 
 from reports.aggregate import LISTED
-from reports.run_data import RunData
+from reports.run_data import DRAW, RunData
 
 MOST = 5000
 """Cases embedded at most."""
@@ -25,8 +25,6 @@ COMPLETE = 2
 
 PLACES = 20
 """Of each count of the matrix so many are embedded where there is room."""
-
-SEED = 20250101
 
 _EXACT = ("error", "tolerance")
 _ROUNDED = (
@@ -54,19 +52,22 @@ def choose(run: RunData, most: int = MOST, each: int = EACH) -> int:
     problem, the same for all backends, so that the cases share problems.
     """
     _order(run, most, each)
+    held = ", ".join(f"r.{name}" for name in _HELD)
     run.do(
-        f"""create or replace table chosen as select {", ".join(f"r.{name}" for name in _HELD)}, o.place from records r join (
+        f"""create or replace table candidates as select {held}, o.place from records r join (
           select id, row_number() over (order by tier, turn, draw, id) as place from ordered order by place limit {most}) o
         on r.id = o.id"""
     )
     for kind in ("problems", "truth"):
-        run.do(f"create or replace table chosen_{kind} as select * from {kind} where problem in (select problem from chosen)")
-    return int(run.one("select count(*) from chosen"))
+        run.do(
+            f"create or replace table chosen_{kind} as select * from {kind} where problem in (select problem from candidates)"
+        )
+    return keep(run, most)
 
 
 def keep(run: RunData, most: int) -> int:
-    """Leave the first `most` of the table `chosen`, and return how many there are."""
-    run.do(f"delete from chosen where place > {most}")
+    """Make the table `chosen` the first `most` of those that `choose` found, and return how many they are."""
+    run.do(f"create or replace table chosen as select * from candidates where place <= {most}")
     return int(run.one("select count(*) from chosen"))
 
 
@@ -75,15 +76,13 @@ def _order(run: RunData, most: int, each: int) -> None:
 
     Of each cell its worst alone are looked at, as many as could be chosen: no question sorts all records.
     """
-    # 48 bits of the hash as a number: exact in a double, as ids are
-    draw = f"('0x' || left(md5(problem || '{SEED}'), 12))::bigint::double"
     worst = max(each, PLACES)
     run.do(
         f"""create or replace table worst as
         with cells as (
           select judged, task, expected, backend, formulation, coalesce(apart, verdict) as count,
             apart is null and verdict in {LISTED} as failed, apart is not null as apart,
-            max([coalesce(error / nullif(tolerance, 0), -1), -{draw}, -id::double], {worst}) as found
+            max([coalesce(error / nullif(tolerance, 0), -1), -{DRAW}, -id::double], {worst}) as found
           from records group by all)
         select * exclude (one), -one[2] as draw, (-one[3])::bigint as id, place from (
           select * exclude (found), unnest(found) as one, generate_subscripts(found, 1) as place from cells)"""
@@ -91,7 +90,7 @@ def _order(run: RunData, most: int, each: int) -> None:
     run.do(
         f"""create or replace table ordered as
         with complete as (
-          select arg_min(problem, {draw}) as problem from records group by set order by min({draw}) limit {COMPLETE}),
+          select arg_min(problem, {DRAW}) as problem from records group by set order by min({DRAW}) limit {COMPLETE}),
         turns as (
           select *, row_number() over (partition by failed, backend order by place, draw, formulation, task, id) as turn
           from worst where judged),
@@ -101,10 +100,10 @@ def _order(run: RunData, most: int, each: int) -> None:
             case when place = 1 and not apart then 0 when failed and turn <= {each} then turn when place = 1 then 0
             else place end as turn from turns
           union all
-          select id, {draw}, 1, 0 from records where problem in (from complete)
+          select id, {DRAW}, 1, 0 from records where problem in (from complete)
           union all
           select -one[2], -one[1], 5, 0 from (
-            select unnest(max([-{draw}, -id::double], {most})) as one from records))
+            select unnest(max([-{DRAW}, -id::double], {most})) as one from records))
         select id, any_value(draw) as draw, min(tier) as tier, arg_min(turn, tier) as turn from tiers where tier is not null
         group by id"""
     )

@@ -27,6 +27,10 @@ on what float64 cannot attain. The first that applies."""
 OF_METHODS = "set in ('methods', 'trajectories')"
 """SQL condition: the problems that the methods pose, at configurations and along paths."""
 
+SEED = 20250101
+DRAW = f"('0x' || left(md5(problem || '{SEED}'), 12))::bigint::double"
+"""SQL: a seeded hash of the problem, the same for all backends, in 48 bits, which a double holds."""
+
 TALLIED = ("set", "task", "expected", "formulation", "backend", "settings", "verdict", "apart", "closed", "judged")
 """Columns of the table `tally`: what counts ask for, read once."""
 
@@ -41,9 +45,9 @@ class RunData:
     task and expected class of the records.
 
     `records` are the cold solves: what is counted, ranked and listed. `warm` are the same solves started from an earlier
-    answer, for comparison alone. Both carry four columns more: `id` (of the row, in the order of the parts), `judged` (asked for the accuracy at which
-    backends are compared by verdict; closed forms always are), `apart` (why it is not held against the backend, a key of
-    APART, or null) and `closed`. Non-finite numbers become null.
+    answer, for comparison alone. Both carry four columns more: `id` (of the row, in the order of the parts), `judged` (asked
+    for the accuracy at which backends are compared by verdict; closed forms always are), `apart` (why it is not held against
+    the backend, a key of APART, or null) and `closed`. Non-finite numbers become null.
 
     Raises
     ------
