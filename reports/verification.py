@@ -137,7 +137,7 @@ def _embedded(data: RunData, context: dict[str, Any]) -> dict[str, Any]:
     return {
         "data_curves": page.embedded_json(curves),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
-        "style": page.asset("report.css") + (drawing.style() if context["methods"] else ""),
+        "style": page.asset("base.css") + page.asset("report.css") + (drawing.style() if context["methods"] else ""),
         "script": page.asset("report.js"),
     }
 

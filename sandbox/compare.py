@@ -34,7 +34,7 @@ SEVERITY = (
 """Verdicts from the mildest to the worst."""
 
 FAILED = ("wrong_refusal", "timed_out", "crashed", "false_success")
-"""A verdict that was none of these and now is one is a new failure; the other way round it is fixed."""
+"""What was run, was none of these and now is one is a new failure; the other way round it is fixed."""
 
 FALLEN = ("crashed", "false_success")
 """What was verified and is now one of these has fallen."""
@@ -142,8 +142,8 @@ def _run(connection: duckdb.DuckDBPyConnection, folder: Path, about: Row, side: 
 
 _FAILED = ", ".join(f"'{verdict}'" for verdict in FAILED)
 _FELL = f"v0 = 'verified' and v1 in {FALLEN}"
-_NEW = f"v0 not in ({_FAILED}) and v1 in ({_FAILED})"
-_FIXED = f"v0 in ({_FAILED}) and v1 not in ({_FAILED})"
+_NEW = f"v0 not in ({_FAILED}, 'not_run') and v1 in ({_FAILED})"
+_FIXED = f"v0 in ({_FAILED}) and v1 not in ({_FAILED}, 'not_run')"
 
 
 def _flips(connection: duckdb.DuckDBPyConnection, listed: int) -> Row:

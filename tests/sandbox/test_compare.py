@@ -84,16 +84,17 @@ def test_flips_are_counted_and_new_failures_come_first(run: Path, tmp_path: Path
     failed = comparing.FAILED
     assert found["flips"] == len(pairs) > 100
     assert found["fallen"] == sum(a == "verified" and b in ("crashed", "false_success") for a, b in pairs) > 0
-    assert found["new_failures"] == sum(a not in failed and b in failed for a, b in pairs) > found["fallen"]
-    assert found["fixed"] == sum(a in failed and b not in failed for a, b in pairs) > 0
+    new = [a not in (*failed, "not_run") and b in failed for a, b in pairs]
+    fixed = [a in failed and b not in (*failed, "not_run") for a, b in pairs]
+    assert found["new_failures"] == sum(new) > found["fallen"] and found["fixed"] == sum(fixed) > 0
     assert {(r["before"], r["after"]): r["n"] for r in found["by_verdict"]} == {p: pairs.count(p) for p in pairs}
     assert sum(row["flips"] for row in found["by_backend"]) == len(pairs)
     listed = found["flipped"]
     assert len(listed) == min(len(pairs), comparing.LISTED)
     kinds = [
         0 if r["before"] == "verified" and r["after"] in comparing.FALLEN
-        else 1 if r["before"] not in failed and r["after"] in failed
-        else 3 if r["before"] in failed and r["after"] not in failed else 2
+        else 1 if r["before"] not in (*failed, "not_run") and r["after"] in failed
+        else 3 if r["before"] in failed and r["after"] not in (*failed, "not_run") else 2
         for r in listed
     ]  # fmt: skip
     assert kinds == sorted(kinds) and kinds[0] == 0
