@@ -107,7 +107,7 @@ def _join(connection: duckdb.DuckDBPyConnection) -> None:
     _do(connection, f"create type verdict as enum {SEVERITY}")
     _do(
         connection,
-        f"""create table configurations as select (row_number() over ())::int as c, * from (
+        f"""create table configurations as select (row_number() over (order by {names}))::int as c, * from (
         select distinct {names} from before union select distinct {names} from after)""",
     )
     same = " and ".join(f"r.{name} is not distinct from g.{name}" for name in CONFIGURATION)
