@@ -469,7 +469,9 @@ def query(
         if as_json:
             sys.stdout.writelines(asking.json_rows(answer))
         else:
-            _console().print(asking.table(answer, shown))
+            console = _console()
+            for part in asking.table(answer, shown):
+                console.print(part)
 
 
 @app.command()

@@ -11,7 +11,8 @@ import math
 import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from decimal import Decimal
@@ -137,6 +138,22 @@ def _threads() -> int:
 # ---- one statement ----------------------------------------------------------------------------------------------------------
 
 
+class _Worker:
+    """A thread that asks the database while the main one waits for it or for Ctrl-C, which the database does not hear."""
+
+    def __init__(self, connection: duckdb.DuckDBPyConnection) -> None:
+        self.connection, self.pool = connection, ThreadPoolExecutor(1)
+
+    def does(self, work: Callable[..., Any], *given: Any) -> Any:
+        """The result of `work(*given)`; interrupted, the question is stopped first."""
+        future = self.pool.submit(work, *given)
+        try:
+            return future.result()
+        except KeyboardInterrupt:
+            self.connection.interrupt()
+            raise
+
+
 @dataclass(eq=False)
 class Answer:
     """The rows of one answer, computed as they are taken: as Python sees them or as Arrow batches; `names` of its columns."""
@@ -144,16 +161,20 @@ class Answer:
     statement: str
     names: list[str]
     connection: duckdb.DuckDBPyConnection
+    worker: _Worker
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """One tuple a row."""
-        self.connection.execute(self.statement)
-        while chunk := self.connection.fetchmany(CHUNK):
+        self.worker.does(self.connection.execute, self.statement)
+        while chunk := self.worker.does(self.connection.fetchmany, CHUNK):
             yield from chunk
 
     def batches(self) -> pa.RecordBatchReader:
         """The rows as Arrow batches."""
-        return self.connection.sql(self.statement).to_arrow_reader(CHUNK)
+        reader = self.worker.does(lambda: self.connection.sql(self.statement).to_arrow_reader(CHUNK))
+        # a reader ends with StopIteration, which a future cannot carry
+        taken = iter(lambda: self.worker.does(next, reader, None), None)
+        return pa.RecordBatchReader.from_batches(reader.schema, taken)
 
 
 @contextmanager
@@ -180,10 +201,13 @@ def answered(run: Path, statement: str, limit: int | None = None) -> Iterator[An
             "lock_configuration = true",
         ):  # fmt: skip
             connection.execute(f"set {setting}").fetchall()
+        worker = _Worker(connection)
         try:
-            yield _asked(connection, _one_select(connection, statement), limit)
+            yield _asked(connection, worker, _one_select(connection, statement), limit)
         except duckdb.Error as error:
             raise _refusal(error, statement, list(files)) from error
+        finally:
+            worker.pool.shutdown()
 
 
 def _one_select(connection: duckdb.DuckDBPyConnection, statement: str) -> str:
@@ -198,14 +222,14 @@ def _one_select(connection: duckdb.DuckDBPyConnection, statement: str) -> str:
     return given
 
 
-def _asked(connection: duckdb.DuckDBPyConnection, statement: str, limit: int | None) -> Answer:
+def _asked(connection: duckdb.DuckDBPyConnection, worker: _Worker, statement: str, limit: int | None) -> Answer:
     # inside a subquery a WITH that copies, inserts or deletes is refused by the binder; at the top it would write
     most = "" if limit is None else f" limit {int(limit)}"
     posed = f"{_HEAD}{statement}\n){most}"
     connection.execute(f"{_HEAD}{statement}\n) limit 0")  # binds, and tells what is wrong with its place
     names = [column[0] for column in connection.description or ()]
     connection.fetchall()
-    return Answer(posed, names, connection)
+    return Answer(posed, names, connection, worker)
 
 
 def _refusal(error: duckdb.Error, statement: str, tables: list[str]) -> QueryError:
@@ -235,15 +259,16 @@ def _refusal(error: duckdb.Error, statement: str, tables: list[str]) -> QueryErr
 # ---- what becomes of an answer ----------------------------------------------------------------------------------------------
 
 
-def table(answer: Answer, limit: int) -> Table:
-    """The first `limit` rows for the terminal; the caption says where there are more. A cell takes one short line."""
+def table(answer: Answer, limit: int) -> list[Table | Text]:
+    """The first `limit` rows for the terminal, and a line where there are more. A cell takes one short line."""
+    out: list[Table | Text] = []
     wide = len(answer.names) > WIDE
     drawn = Table()
     for name in ("row", "column", "value") if wide else answer.names:
         drawn.add_column(Text(name), overflow="fold")
     for place, row in enumerate(answer.rows()):
         if place == limit:
-            drawn.caption = f"the first {limit} rows; --limit shows more, --json and --parquet give all"
+            out.append(Text(f"the first {limit} rows; --limit shows more, --json and --parquet give all"))
             break
         cells = [Text(_shown(value), style="dim" if value is None else "") for value in row]
         if not wide:
@@ -252,7 +277,7 @@ def table(answer: Answer, limit: int) -> Table:
         for name, cell in zip(answer.names, cells, strict=True):
             drawn.add_row("" if cell is not cells[0] else str(place), Text(name), cell)
         drawn.add_section()
-    return drawn
+    return [drawn, *out]
 
 
 def _shown(value: Any) -> str:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -228,6 +232,29 @@ def test_an_interrupted_file_is_not_left(run: Path, tmp_path: Path) -> None:
     with pytest.raises(QueryError):
         query.write_answer(run, "select 1 / 1 as x, backend::int as y from records", tmp_path / "a.parquet")
     assert not list(tmp_path.iterdir())
+
+
+def test_ctrl_c_stops_a_query(run: Path) -> None:
+    """A statement that would take years ends within seconds of SIGINT, exit status 130, and leaves no file behind."""
+    command = [
+        sys.executable,
+        "-m",
+        "sandbox.cli",
+        "query",
+        "select count(*) from range(1000000000000) where range % 7 = 3",
+        run,
+    ]
+    with tempfile.TemporaryDirectory() as scratch:
+        asked = subprocess.Popen(command, env={**os.environ, "TMPDIR": scratch}, stdout=subprocess.PIPE, text=True)
+        for _ in range(300):
+            if os.listdir(scratch):
+                break
+            time.sleep(0.1)
+        time.sleep(1)
+        assert asked.poll() is None
+        asked.send_signal(signal.SIGINT)
+        out, _ = asked.communicate(timeout=30)
+        assert (asked.returncode, out) == (130, "") and os.listdir(scratch) == []
 
 
 def test_json_says_what_json_can_say(run: Path) -> None:
