@@ -149,7 +149,7 @@ def _words(data: RunData, context: dict[str, Any]) -> dict[str, Any]:
         "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
         "expected": {name: words for name, (words, _) in EXPECTED.items()},
         "statuses": {status.name.lower(): status.sentence for status in STATUSES},
-        "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED_FORM,
+        "folder": context["folder"], "closed": CLOSED_FORM,
         "judged": [cases.JUDGED, data.settings],
         "own": OWN, "cold": "mode is distinct from 'warm'" if context["warm_records"] else "true",
         "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},
