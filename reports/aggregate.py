@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import floor, inf, log2
 from typing import Any
 
-from reports.run_data import RunData
+from reports.run_data import DRAW, RunData
 from reports.words import EXPECTED, FORMULATIONS, TASKS, VERDICTS
 from sandbox.records import CLOSED_FORM
 
@@ -68,32 +68,40 @@ REPAIRS = ("direct", "convexified", "null_space")
 
 def counts(run: RunData) -> Row:
     """How much there is: records, problems, verdicts."""
-    totals = run.rows("select count(*) as records, count(distinct problem) as problems from records")[0]
-    verdicts = run.rows("select verdict, count(*) as n, count(apart) as apart from records where judged group by verdict")
+    totals = run.rows(f"select ({_number('tally')}) as records, (select count(distinct problem) from posed) as problems")[0]
+    verdicts = run.rows(
+        """select verdict, sum(n)::bigint as n, coalesce(sum(n) filter (apart is not null), 0)::bigint as apart from tally
+        where judged group by verdict"""
+    )
     order = list(VERDICTS)
     return totals | {
         "embedded": 0,
         "verdicts": sorted(verdicts, key=lambda row: order.index(row["verdict"]) if row["verdict"] in order else 99),
         "expected": run.rows(
-            """select expected, count(distinct problem) as n from records where expected is not null
+            """select expected, count(distinct problem) as n from posed where expected is not null
             group by 1 order by n desc, expected"""
         ),
-        "judged": run.one("select count(*) from records where judged"),
+        "judged": run.one(_number("tally where judged")),
     }
+
+
+def _number(of: str) -> str:
+    """SQL of the number of records that rows of `tally` stand for."""
+    return f"select coalesce(sum(n), 0)::bigint as n from {of}"
 
 
 def backend_order(run: RunData) -> list[str]:
     """Backends as run.json lists them, then closed forms, then whatever else the records name."""
     names = [row["name"] for row in run.about.get("backends", [])]
     closed = [CLOSED_FORM + row["name"] for row in run.about.get("closed_forms", [])]
-    seen = [row["backend"] for row in run.rows("select distinct backend from records order by 1")]
+    seen = [row["backend"] for row in run.rows("select distinct backend from tally order by 1")]
     known = closed + names
     return [name for name in known if name in set(seen)] + [name for name in seen if name not in set(known)]
 
 
 def ran(run: RunData) -> set[str]:
     """Backends that answered at least one problem."""
-    return {row["backend"] for row in run.rows("select distinct backend from records where verdict <> 'not_run'")}
+    return {row["backend"] for row in run.rows("select distinct backend from tally where verdict <> 'not_run'")}
 
 
 def sampled(run: RunData) -> set[str]:
@@ -106,8 +114,8 @@ def sampled(run: RunData) -> set[str]:
 def matrices(run: RunData) -> list[Row]:
     """Verdict counts by task, expected class, backend and formulation; what is `apart` is counted apart."""
     found = run.rows(
-        """select task, expected, backend, formulation, verdict, apart, count(*) as n
-        from records where judged and expected is not null group by all"""
+        """select task, expected, backend, formulation, verdict, apart, sum(n)::bigint as n
+        from tally where judged and expected is not null group by all"""
     )
     cells: dict[tuple[str, str, str, str | None], Row] = {}
     for row in found:
@@ -120,7 +128,7 @@ def matrices(run: RunData) -> list[Row]:
     few = sampled(run)
     problems = {
         (row["task"], row["expected"]): row["n"]
-        for row in run.rows("select task, expected, count(distinct problem) as n from records group by all")
+        for row in run.rows("select task, expected, count(distinct problem) as n from posed group by all")
     }
     out = []
     for task in [name for name in TASKS if any(key[0] == name for key in cells)]:
@@ -140,13 +148,16 @@ def matrices(run: RunData) -> list[Row]:
 
 def measured(run: RunData) -> dict[str, dict[str, dict[str, int]]]:
     """Backend -> kind of problem (MEASURED) -> verdict -> count, posed directly in task exact."""
+    kinds = ", ".join(f"count(*) filter ({condition}) as {name}" for name, _, condition in MEASURED)
+    rows = run.rows(
+        f"""select backend, verdict, {kinds} from records where judged and apart is null and not closed
+        and task = 'exact' and formulation = 'direct' group by all"""
+    )
     out: dict[str, dict[str, dict[str, int]]] = {}
-    for name, _, condition in MEASURED:
-        for row in run.rows(
-            f"""select backend, verdict, count(*) as n from records where judged and apart is null and not closed
-            and task = 'exact' and formulation = 'direct' and {condition} group by all order by n desc"""
-        ):
-            out.setdefault(row["backend"], {}).setdefault(name, {})[row["verdict"]] = row["n"]
+    for name, _, _ in MEASURED:
+        for row in sorted(rows, key=lambda row: (-row[name], row["backend"], row["verdict"])):
+            if row[name]:
+                out.setdefault(row["backend"], {}).setdefault(name, {})[row["verdict"]] = row[name]
     return out
 
 
@@ -206,7 +217,7 @@ def breakdown(run: RunData, over: str) -> list[Row]:
     """
     name = {"lambda_min_W": "indefinite", "sigma_min_J": "near_singular"}[over]
     value = {"lambda_min_W": "-lambda_min_W", "sigma_min_J": "sigma_min_J"}[over]
-    present = run.one("select count(*) from records where set = ?", [name])
+    present = run.one(_number("tally where set = ?"), [name])
     chosen = f"set = '{name}'" if present else "true"
     return run.rows(
         f"""with own as (
@@ -270,7 +281,8 @@ def closed_forms(run: RunData) -> list[Row]:
         from records where closed group by all"""
     )
     verdicts = run.rows(
-        "select backend, expected, verdict, count(*) as n from records where closed group by all order by n desc"
+        """select backend, expected, verdict, sum(n)::bigint as n from tally where closed group by all
+        order by n desc, backend, expected, verdict"""
     )
     ratios = run.rows(
         f"""select backend, count(*) as n,
@@ -287,22 +299,39 @@ def closed_forms(run: RunData) -> list[Row]:
     return sorted(rows, key=lambda row: order.index(row["backend"]))
 
 
+PAIRED = 50_000
+"""Problems over which closed forms are compared with each other at most: every pair of them takes a distance."""
+
+_PAIRABLE = "posed where task = 'exact' and expected = 'unique_minimum'"
+
+
+def pairs_sampled(run: RunData) -> bool:
+    """Whether `closed_form_pairs` looks at a sample of the problems."""
+    return bool(run.one(f"select count(distinct problem) from {_PAIRABLE}") > PAIRED)
+
+
 def closed_form_pairs(run: RunData) -> tuple[list[str], dict[tuple[str, str], Row]]:
     """Largest and median |x_a - x_b|, max norm, over problems of task exact with a unique minimum that both solve.
 
     The denominator is that of `error`, read off the record of the problem with the largest error, where the quotient of
-    |x - x*| and error is least rounded, and never below |x*|; problems without one (x* = 0, no error) are left out.
+    |x - x*| and error is least rounded, and never below |x*|; problems without one (x* = 0, no error) are left out. Where
+    there are more than PAIRED problems, of that many, drawn by a hash.
     """
     distance = "list_max([abs(p[1] - p[2]) for p in list_zip({}, {})])"
+    run.do(
+        f"""create or replace table paired as select problem from (select distinct problem from {_PAIRABLE})
+        order by {DRAW}, problem limit {PAIRED}"""
+    )
     rows = run.rows(
         f"""with sizes as (
           select r.problem, greatest(arg_max({distance.format("r.qdot", "t.x")} / r.error, r.error),
             max(list_max([abs(v) for v in t.x]))) as size
           from records r join truth t on r.problem = t.problem and r.task = t.task
-          where r.task = 'exact' and r.expected = 'unique_minimum' and r.error > 0 and r.qdot is not null group by 1),
+          where r.task = 'exact' and r.expected = 'unique_minimum' and r.error > 0 and r.qdot is not null
+          and r.problem in (from paired) group by 1),
         answers as (
           select problem, backend, qdot from records where closed and task = 'exact' and expected = 'unique_minimum'
-          and status = 'solved' and qdot is not null and {COUNTED}),
+          and status = 'solved' and qdot is not null and {COUNTED} and problem in (from paired)),
         differences as (
           select a.backend as a, b.backend as b,
             {distance.format("a.qdot", "b.qdot")} / s.size as d
@@ -369,10 +398,11 @@ LISTED = ("false_success", "crashed", "timed_out", "wrong_refusal")
 
 def failures(run: RunData) -> list[Row]:
     """Counts of LISTED by backend, the formulation's own shown apart, most first."""
-    filters = ", ".join(f"count(*) filter (verdict = '{v}' and apart is null) as {v}" for v in LISTED)
+    of = "coalesce(sum(n) filter ({}), 0)::bigint as {}"
+    filters = ", ".join(of.format(f"verdict = '{v}' and apart is null", v) for v in LISTED)
     return run.rows(
-        f"""select backend, {filters}, count(apart) as apart, count(*) as total
-        from records where judged and verdict in {LISTED} group by all
+        f"""select backend, {filters}, {of.format("apart is not null", "apart")}, sum(n)::bigint as total
+        from tally where judged and verdict in {LISTED} group by all
         order by false_success desc, crashed + timed_out + wrong_refusal desc, backend"""
     )
 

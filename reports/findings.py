@@ -39,6 +39,11 @@ def findings(
     return [finding for finding in found if finding is not None]
 
 
+def _of(condition: str, name: str) -> str:
+    """SQL of the number of records that rows of `tally` stand for where a condition holds."""
+    return f"coalesce(sum(n) filter ({condition}), 0)::bigint as {name}"
+
+
 def _names(names: list[str], most: int = 8) -> str:
     shown = [name.removeprefix(CLOSED_FORM) for name in names[:most]]
     rest = len(names) - len(shown)
@@ -46,12 +51,14 @@ def _names(names: list[str], most: int = 8) -> str:
 
 
 def _false_successes(run: RunData) -> Finding | None:
-    judged = run.rows("select count(*) as n, count(distinct backend) as backends from records where judged and not closed")[0]
+    judged = run.rows(
+        "select coalesce(sum(n), 0)::bigint as n, count(distinct backend) as backends from tally where judged and not closed"
+    )[0]
     if not judged["n"]:
         return None
     rows = run.rows(
-        """select backend, count(*) as n, count(*) filter (expected = 'no_minimum') as empty,
-        count(*) filter (expected = 'infeasible') as infeasible from records
+        f"""select backend, sum(n)::bigint as n, {_of("expected = 'no_minimum'", "empty")},
+        {_of("expected = 'infeasible'", "infeasible")} from tally
         where judged and apart is null and not closed and verdict = 'false_success' group by 1 order by n desc, backend"""
     )
     total = sum(row["n"] for row in rows)
@@ -199,7 +206,7 @@ def _methods(rows: list[aggregate.Row]) -> Finding | None:
 
 def _no_minimum(run: RunData) -> Finding | None:
     rows = run.rows(
-        f"""select closed, count(*) as n, count(*) filter (verdict = 'right_refusal') as refused from records
+        f"""select closed, sum(n)::bigint as n, {_of("verdict = 'right_refusal'", "refused")} from tally
         where judged and apart is null and expected = 'no_minimum' and {aggregate.COUNTED}
         group by closed order by closed desc"""
     )
@@ -219,10 +226,10 @@ def _no_minimum(run: RunData) -> Finding | None:
 
 def _died(run: RunData) -> Finding | None:
     rows: list[dict[str, Any]] = run.rows(
-        """select backend, count(*) filter (verdict = 'crashed') as crashed, count(*) filter (verdict = 'timed_out') as late,
-        count(*) filter (verdict = 'wrong_refusal') as refused from records
+        f"""select backend, {_of("verdict = 'crashed'", "crashed")}, {_of("verdict = 'timed_out'", "late")},
+        {_of("verdict = 'wrong_refusal'", "refused")} from tally
         where judged and apart is null and verdict in ('crashed', 'timed_out', 'wrong_refusal')
-        group by 1 order by count(*) desc, backend"""
+        group by 1 order by sum(n) desc, backend"""
     )
     if not rows:
         return None

@@ -20,6 +20,12 @@ LARGEST = 2_950_000
 """Bytes of a page: it is to be sent by mail. Fewer cases are embedded where they would not fit."""
 
 
+FEWEST = 100
+"""Cases that a page holds whatever its size."""
+
+SLACK, TRIES = 0.04, 6
+"""Share of the room for cases that a try leaves free, at twice which a page is full; and how often it is tried."""
+
 _UNKNOWN: dict[str, Any] = {
     "command": "–", "started": None, "finished": None, "complete": False, "time_limit": None, "timing": {}, "packages": {},
     "sets": [], "backends": [], "closed_forms": [], "settings": [], "probe": None, "cpu": "–", "cores": "–", "jobs": "–",
@@ -48,14 +54,32 @@ def write_report(run: Path, out: Path | None = None) -> Path:
 
 def _render(data: RunData) -> str:
     context = _tables(data)
-    most = cases.MOST
-    while True:
-        chosen = cases.choose(data, most)
-        text = page.render("verification.html.j2", **context, **_embedded(data, context, chosen))
-        size = len(text.encode())
-        if size <= LARGEST or most < 100:
-            return text
-        most = int(min(most * 0.9, most * (LARGEST / size) ** 2))
+    context |= _embedded(data, context)
+    more = {"totals": cases.totals(data), "words": _words(data, context)}
+
+    def rendered(most: int) -> str:
+        chosen = cases.keep(data, most)
+        held = page.embedded(cases.as_json(cases.pack(data) | more))
+        return page.render("verification.html.j2", **context, chosen=chosen, shown=cases.listed(data), data_cases=held)
+
+    most = cases.choose(data)
+    text = rendered(most)
+    if len(text.encode()) <= LARGEST or most <= FEWEST:
+        return text
+    (low, best), (high, beyond) = (FEWEST, rendered(FEWEST)), (most, len(text.encode()))
+    slack = SLACK * (LARGEST - len(best.encode()))
+    for _ in range(TRIES):  # how many fit, between what fits and what does not
+        size = len(best.encode())
+        if LARGEST - size <= 2 * slack or high - low < 2:
+            break
+        share = (LARGEST - slack - size) / (beyond - size)
+        most = min(high - 1, max(low + 1, int(low + share * (high - low))))
+        text = rendered(most)
+        if len(text.encode()) <= LARGEST:
+            low, best = most, text
+        else:
+            high, beyond = most, len(text.encode())
+    return best
 
 
 def _tables(data: RunData) -> dict[str, Any]:
@@ -77,7 +101,9 @@ def _tables(data: RunData) -> dict[str, Any]:
         "kinds": aggregate.MEASURED, "distributions": aggregate.distributions(data), "accuracy": aggregate.accuracy(data),
         "over_lambda": over_lambda, "over_sigma": over_sigma, "heat_lambda": _heat(over_lambda, aggregate.backend_order(data)),
         "heat_sigma": _heat(over_sigma, aggregate.backend_order(data)),
-        "closed": closed, "pair_names": names, "pairs": pairs, "recommendations": aggregate.recommendations(data),
+        "closed": closed, "pair_names": names, "pairs": pairs,
+        "paired": aggregate.PAIRED if aggregate.pairs_sampled(data) else None,
+        "recommendations": aggregate.recommendations(data),
         "failures": aggregate.failures(data), "worst": aggregate.worst(data), "listed": aggregate.LISTED,
         "effective": aggregate.effective_settings(data), "order": aggregate.backend_order(data),
         "verdicts": VERDICTS, "expected": EXPECTED, "tasks": TASKS, "precedence": PRECEDENCE, "holds": aggregate.HOLDS,
@@ -101,29 +127,30 @@ def _heat(rows: list[aggregate.Row], order: list[str]) -> list[dict[str, Any]]:
     return out
 
 
-def _embedded(data: RunData, context: dict[str, Any], chosen: int) -> dict[str, Any]:
-    """What the scripts of the page read."""
+def _embedded(data: RunData, context: dict[str, Any]) -> dict[str, Any]:
+    """What the scripts of the page read, but for the cases."""
     curves = {
         "distributions": context["distributions"], "over_lambda": context["over_lambda"], "over_sigma": context["over_sigma"],
         "ratios": [{key: row[key] for key in ("backend", "task", "scored", "ratios")} for row in context["closed"]],
         "order": context["order"], "formulations": FORMULATIONS, "judged": data.settings, "closed": CLOSED_FORM,
     }  # fmt: skip
-    lost, beyond = APART["formulation"], APART["float64"]
-    words = {
-        "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
-        "expected": {name: words for name, (words, _) in EXPECTED.items()},
-        "statuses": {status.name.lower(): status.sentence for status in STATUSES},
-        "folder": context["folder"], "parts": str(data.folder / "records" / "*.parquet"), "closed": CLOSED_FORM,
-        "judged": [cases.JUDGED, data.settings],
-        "own": OWN, "cold": "mode is distinct from 'warm'" if context["warm_records"] else "true",
-        "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},
-    }  # fmt: skip
     return {
-        "chosen": chosen,
-        "shown": cases.listed(data),
-        "data_cases": page.embedded(cases.as_json(cases.pack(data) | {"totals": cases.totals(data), "words": words})),
         "data_curves": page.embedded_json(curves),
         "plotly": page.embedded((page.ASSETS / "plotly-cartesian.min.js").read_bytes()),
         "style": page.asset("base.css") + page.asset("report.css") + (drawing.style() if context["methods"] else ""),
         "script": page.asset("report.js"),
     }
+
+
+def _words(data: RunData, context: dict[str, Any]) -> dict[str, Any]:
+    """What the scripts of the page say."""
+    lost, beyond = APART["formulation"], APART["float64"]
+    return {
+        "verdicts": {name: [words, kind] for name, (words, kind, _) in VERDICTS.items()},
+        "expected": {name: words for name, (words, _) in EXPECTED.items()},
+        "statuses": {status.name.lower(): status.sentence for status in STATUSES},
+        "folder": context["folder"], "closed": CLOSED_FORM,
+        "judged": [cases.JUDGED, data.settings],
+        "own": OWN, "cold": "mode is distinct from 'warm'" if context["warm_records"] else "true",
+        "apart": {"formulation": lost, "float64": f"not ({lost}) and {beyond}", "(none)": f"not ({lost} or {beyond})"},
+    }  # fmt: skip

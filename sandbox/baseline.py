@@ -6,9 +6,9 @@ from pathlib import Path
 
 import duckdb
 import pyarrow as pa
-import pyarrow.compute as pc
 
-from sandbox.records import CLOSED_FORM, read_part, read_table, write_parquet
+from sandbox.query import database, parts, scan
+from sandbox.records import CLOSED_FORM, read_part, read_run, write_parquet
 
 FILE = Path(__file__).parent / "baseline.parquet"
 """Written by `sandbox verify --accept`."""
@@ -26,11 +26,13 @@ FALLEN = ("false_success", "crashed")
 
 def accept(run: Path, file: Path = FILE) -> int:
     """Make the verified records of `run` the baseline; returns how many they are."""
-    records = read_table(run, "records", [*KEYS, "verdict"])
-    verified = records.filter(pc.equal(records["verdict"].cast(pa.string()), "verified")).select(list(KEYS))
-    plain = pa.table({name: verified[name].cast(pa.string()) for name in KEYS})
-    ordered = plain.sort_by([(name, "ascending") for name in reversed(KEYS)])
-    write_parquet(ordered.cast(SCHEMA), file)
+    read_run(run)
+    with database() as connection:
+        verified = connection.sql(
+            f"SELECT {', '.join(KEYS)} FROM {scan(parts(run, 'records'), 'records')} WHERE verdict = 'verified' "
+            f"ORDER BY {', '.join(f'{key} NULLS LAST' for key in reversed(KEYS))}"
+        ).to_arrow_table()
+    write_parquet(verified.cast(SCHEMA), file)
     return int(verified.num_rows)
 
 
@@ -39,27 +41,25 @@ def fallen(run: Path, file: Path = FILE) -> list[dict[str, object]]:
 
     A closed form falls where it answers what has no answer, refuses a problem of its domain, or exceeds its own bound.
     """
-    records = read_table(run, "records", [*KEYS, "verdict", "error", "tolerance"])
-    now = pa.table({n: records[n].cast(pa.string()) if pa.types.is_dictionary(records[n].type) else records[n]
-                    for n in records.column_names})  # fmt: skip
+    read_run(run)
     columns = ", ".join(f"now.{key}" for key in KEYS) + ", now.verdict, now.error"
     rows: list[dict[str, object]] = []
-    with duckdb.connect() as database:
-        database.register("now", now)
+    with database() as connection:
+        connection.execute(f"CREATE VIEW now AS SELECT * FROM {scan(parts(run, 'records'), 'records')}").fetchall()
         if file.is_file():
             before = read_part(file, SCHEMA)
-            database.register("before", pa.table({name: before[name].cast(pa.string()) for name in KEYS}))
+            connection.register("before", pa.table({name: before[name].cast(pa.string()) for name in KEYS}))
             same = " AND ".join(f"now.{key} IS NOT DISTINCT FROM before.{key}" for key in KEYS)
-            rows += _rows(database, f"SELECT {columns} FROM now JOIN before ON {same} WHERE now.verdict IN {FALLEN}")
+            rows += _rows(connection, f"SELECT {columns} FROM now JOIN before ON {same} WHERE now.verdict IN {FALLEN}")
         rows += _rows(
-            database,
+            connection,
             f"SELECT {columns} FROM now WHERE starts_with(backend, '{CLOSED_FORM}') AND (verdict IN ('crashed', "
             "'wrong_refusal') OR (verdict = 'false_success' AND error IS NULL) OR error > tolerance)",
         )
     return rows
 
 
-def _rows(database: duckdb.DuckDBPyConnection, query: str) -> list[dict[str, object]]:
-    cursor = database.execute(query)
+def _rows(connection: duckdb.DuckDBPyConnection, query: str) -> list[dict[str, object]]:
+    cursor = connection.execute(query)
     names = [column[0] for column in cursor.description or ()]
     return [dict(zip(names, row, strict=True)) for row in cursor.fetchall()]

@@ -467,6 +467,66 @@ def report(
 
 
 @app.command()
+def query(
+    statement: Annotated[
+        str, typer.Argument(metavar="SELECT", help='one SELECT in SQL, as "select verdict, count(*) from records group by 1"')
+    ],
+    folder: Run,
+    limit: Annotated[int | None, typer.Option("--limit", min=1, help="rows at most [100 in a table, else all]")] = None,
+    parquet: Annotated[Path | None, typer.Option("--parquet", help="write the rows into this file instead")] = None,
+    as_json: Json = False,
+) -> None:
+    """Answer one SELECT over a run, read-only, in DuckDB's SQL.
+
+    Its tables are records, problems, truth, methods, motions, claims, checks and exhibits, as far as the run has them;
+    `describe records` tells the columns. Neither other files nor the net are in reach.
+    """
+    from sandbox import query as asking
+
+    if parquet is not None:
+        if as_json:
+            raise InputFileError("--json and --parquet are two places for the same rows; name one")
+        print(f"{asking.write_answer(folder, statement, parquet, limit)} rows in {parquet}")
+        return
+    shown = limit or asking.SHOWN
+    with asking.answered(folder, statement, limit if as_json else shown + 1) as answer:  # one more tells that there are more
+        if as_json:
+            sys.stdout.writelines(asking.json_rows(answer))
+        else:
+            console = _console()
+            for part in asking.table(answer, shown):
+                console.print(part)
+
+
+@app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="RUN", help="the earlier run folder")],
+    after: Annotated[Path, typer.Argument(metavar="RUN", help="the later run folder")],
+    page: Annotated[Path | None, typer.Option("--page", help="write an HTML page of it, too")] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare two runs record by record: verdicts, accuracy, what is missing, versions, and time by a rank test.
+
+    Exit status 1 when something that was verified in the first run is a false success or a crash in the second, else 0.
+    """
+    from reports.comparison import write_comparison
+    from sandbox import compare as comparing
+
+    found = comparing.compare(before, after)
+    if as_json:
+        _print_json(found)
+    else:
+        console = _console()
+        for part in comparing.tables(found):
+            console.print(part)
+    if page is not None:
+        written = write_comparison(found, page)
+        print(f"page: {written} ({written.stat().st_size / 1e6:.1f} MB)", file=sys.stderr if as_json else sys.stdout)
+    if found["fallen"]:
+        raise typer.Exit(1)
+
+
+@app.command()
 def show(
     folder: Run,
     problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="problem id, or the beginning of one")],

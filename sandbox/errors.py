@@ -52,6 +52,10 @@ class InputFileError(SandboxError, ValueError):
     """A file that the user named cannot be read as what it should be."""
 
 
+class QueryError(SandboxError, ValueError):
+    """A statement that `sandbox query` does not answer: not one SELECT, or wrong at a place that the message names."""
+
+
 class RefusalError(SandboxError, ArithmeticError):
     """A well-formed problem that the chosen method must not answer."""
 

@@ -234,6 +234,17 @@ def write_parquet(table: pa.Table, path: Path) -> None:
         pq.write_table(table, temporary, compression="zstd")
 
 
+def write_batches(batches: pa.RecordBatchReader, path: Path) -> int:
+    """Write a stream of batches to `path` whole or not at all, holding one at a time; returns the number of rows."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = 0
+    with _atomic(path) as temporary, pq.ParquetWriter(temporary, batches.schema, compression="zstd") as writer:
+        for batch in batches:
+            writer.write_batch(batch)
+            rows += batch.num_rows
+    return rows
+
+
 def write_json(content: dict[str, Any], path: Path) -> None:
     """Write `content` to `path` whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import duckdb
-import pyarrow as pa
 from rich.table import Table
 
-from sandbox.records import read_table
+from sandbox.query import database, parts, scan
+from sandbox.records import read_run
 from sandbox.verdict import VERDICTS
 
 STYLE = {
@@ -29,14 +28,11 @@ def counts(run: Path) -> list[dict[str, Any]]:
 
     Those blamed on the formulation are counted apart, as `of_formulation`.
     """
-    wanted = ["backend", "formulation", "settings", "mode", "verdict", "blame"]
-    records = read_table(run, "records", wanted)
-    plain = pa.table({name: records[name].cast(pa.string()) for name in wanted})
-    with duckdb.connect() as database:
-        database.register("records", plain)
-        found = database.execute(
+    read_run(run)
+    with database() as connection:
+        found = connection.execute(
             "SELECT backend, formulation, settings, mode, verdict, blame IS NOT DISTINCT FROM 'formulation' AS posing, "
-            "count(*) AS n FROM records GROUP BY ALL ORDER BY ALL"
+            f"count(*) AS n FROM {scan(parts(run, 'records'), 'records')} GROUP BY ALL ORDER BY ALL"
         ).fetchall()
     rows: dict[tuple[Any, ...], dict[str, Any]] = {}
     for backend, formulation, settings, mode, verdict, posing, n in found:

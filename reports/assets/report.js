@@ -149,9 +149,8 @@ function query(most) { // the command that lists what passes the filters
     if (x === NONE) return `${column} is null`;
     return x === judged ? `(settings is null or settings = ${text(level)})` : `${column} = ${text(x)}`;
   });
-  const sql = `select problem, set, backend, formulation, settings, verdict, error, tolerance, said from ${text(data.words.parts)} where ${[data.words.cold, ...where].filter((x) => x !== "true").join(" and ") || "true"} order by error desc, problem`;
-  const code = `import duckdb; duckdb.sql('''${sql.replaceAll("\\", "\\\\")}''').show(max_rows=${most}, max_width=250)`;
-  return `python -c "${code.replaceAll(/[\\"$`]/g, "\\$&")}"`;
+  const sql = `select problem, set, backend, formulation, settings, verdict, error, tolerance, said from records where ${[data.words.cold, ...where].filter((x) => x !== "true").join(" and ") || "true"} order by error desc, problem`;
+  return `sandbox query "${sql.replaceAll(/[\\"$`]/g, "\\$&")}" ${data.words.folder} --limit ${most}`;
 }
 
 function select() {

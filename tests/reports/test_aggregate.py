@@ -154,7 +154,7 @@ def test_failures_are_embedded_in_equal_numbers(run: RunData) -> None:
     """Of each backend all failures are among the cases, or as many as the limit; with little room, about equally many."""
     assert cases.choose(run, each=25) <= cases.MOST
     failing = f"judged and apart is null and verdict in {aggregate.LISTED}"
-    query = f"""select backend, count(*) as n, count(*) filter (id in (from chosen)) as held from records
+    query = f"""select backend, count(*) as n, count(*) filter (id in (select id from chosen)) as held from records
         where {failing} group by all"""
     rows = run.rows(query)
     assert len(rows) > 10 and all(row["held"] >= min(25, row["n"]) for row in rows)
@@ -168,10 +168,11 @@ def test_every_count_of_the_matrix_has_its_worst_case(run: RunData) -> None:
     number = cases.choose(run)
     missed = run.rows(
         """with ranked as (select id, error / nullif(tolerance, 0) as excess,
-            max(error / nullif(tolerance, 0)) over cell as most, count(*) filter (id in (from chosen)) over cell as held
+            max(error / nullif(tolerance, 0)) over cell as most,
+            count(*) filter (id in (select id from chosen)) over cell as held
           from records where judged
           window cell as (partition by task, expected, backend, formulation, coalesce(apart, verdict)))
-        select id from ranked where held = 0 or (excess = most and id not in (from chosen))"""
+        select id from ranked where held = 0 or (excess = most and id not in (select id from chosen))"""
     )
     assert missed == [] and number == cases.MOST < run.one("select count(*) from records")
 
@@ -180,7 +181,7 @@ def test_some_problems_have_all_their_answers(run: RunData) -> None:
     """A few problems, of different sets, stand with all their answers side by side."""
     cases.choose(run)
     whole = run.rows(
-        """select problem, any_value(set) as set from records group by problem having bool_and(id in (from chosen))"""
+        """select problem, any_value(set) as set from records group by problem having bool_and(id in (select id from chosen))"""
     )
     assert len({row["set"] for row in whole}) >= cases.COMPLETE
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 import shlex
 import subprocess
@@ -98,9 +99,11 @@ def test_the_command_lists_all_that_passes_the_filter(visit: Any, fragment: str)
     page = visit(fragment)
     number = int(re.search(r" of ([\d,]+)", page.locator(".tools output").inner_text())[1].replace(",", ""))
     assert shown(page) < number
-    command = page.locator("#elsewhere code").inner_text().replace("python -c", f"{shlex.quote(sys.executable)} -c", 1)
-    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=True)
-    assert re.search(rf"\b{number} rows", done.stdout) or done.stdout.count("\n") >= number
+    command = page.locator("#elsewhere code").inner_text()
+    assert command.startswith("sandbox query ")
+    command = command.replace("sandbox", f"{shlex.quote(sys.executable)} -m sandbox.cli", 1) + " --json"
+    told = subprocess.run(["sh", "-c", command.replace(f"--limit {number}", "")], capture_output=True, text=True, check=True)
+    assert len(json.loads(told.stdout)) == number
 
 
 def test_a_permalink_restores_filter_and_case(visit: Any) -> None:
