@@ -245,7 +245,10 @@ def test_ctrl_c_stops_a_query(run: Path) -> None:
         run,
     ]
     with tempfile.TemporaryDirectory() as scratch:
-        asked = subprocess.Popen(command, env={**os.environ, "TMPDIR": scratch}, stdout=subprocess.PIPE, text=True)
+        asked = subprocess.Popen(
+            command, env={**os.environ, "TMPDIR": scratch}, stdout=subprocess.PIPE, text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a suite in the background ignores it
+        )  # fmt: skip
         for _ in range(300):
             if os.listdir(scratch):
                 break
