@@ -126,7 +126,8 @@ def database(memory: str = MEMORY, *, tables: bool = False) -> Iterator[duckdb.D
             "allow_community_extensions": False, "preserve_insertion_order": not tables,
         }  # fmt: skip
         with duckdb.connect(f"{scratch}/tables.duckdb" if tables else ":memory:", config=config) as connection:
-            connection.execute("set enable_progress_bar = false").fetchall()  # it would stand among the answers
+            for setting in ("parquet_metadata_cache = true", "enable_progress_bar = false"):  # a bar would stand among answers
+                connection.execute(f"set {setting}").fetchall()
             yield connection
 
 
